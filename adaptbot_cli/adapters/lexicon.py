@@ -1,0 +1,206 @@
+"""Word knowledge from the shipped WordNet, read through nltk; and the lexicon that knows nothing.
+
+Importing this module does not import nltk: that takes most of a first lookup's time.
+"""
+
+import io
+import zlib
+from collections.abc import Callable, Iterable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Final, NamedTuple, Protocol, get_args
+
+from adaptbot_cli.core.words import Related, Relation
+from adaptbot_cli.errors import LexiconError
+from adaptbot_cli.wordnet.build import CHECKSUMS, OMITTED_FIELD, TARGET
+
+MAX_HYPERNYM: Final = 3
+MAX_HYPONYM: Final = 2
+REMEDY: Final = "Install adaptbot-cli again to restore its WordNet."
+POS: Final = ("n", "v")
+RELATIONS: Final[tuple[Relation, ...]] = get_args(Relation)
+
+
+class NoLexicon:
+    """A lexicon without words."""
+
+    def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
+        """Return nothing, whatever the word."""
+        return ()
+
+
+class WordNet:
+    """WordNet 3.0 as shipped with this package: no network, no nltk configuration.
+
+    Costs nothing until the first `related` call, which imports nltk and loads the index.
+    """
+
+    def __init__(self, folder: Path = TARGET) -> None:
+        """Use the files in `folder`, as `adaptbot_cli.wordnet.build` writes them."""
+        self._folder = folder
+
+    def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
+        """Return the words related to `word`: synonyms, hypernyms to distance 3, hyponyms to 2.
+
+        Both the sense looked up and the related word lie in `fields` (such as "noun.food"), and
+        so does all between them. Words come by sense, distance, relation, and alphabet; one that
+        several paths lead to comes once per sense and relation, at its shortest distance. `word`
+        may be inflected, in any case, and joined by spaces, hyphens or underscores; a word
+        unknown to WordNet has no related ones.
+
+        Raises LexiconError when a file is missing or damaged.
+        """
+        nearest: dict[tuple[object, ...], Related] = {}
+        for related in sorted(self._related(word, fields - {OMITTED_FIELD}), key=_rank):
+            key = (related.sense, related.relation, related.word, related.field)
+            nearest.setdefault(key, related)
+        return tuple(nearest.values())
+
+    def _related(self, word: str, fields: frozenset[str]) -> Iterator[Related]:
+        for sense in self._senses(word):
+            if sense.synset.lexname() in fields:
+                yield from _around(sense, fields)
+
+    def _senses(self, word: str) -> list["_Sense"]:
+        found = (self._reader.senses(spelling) for spelling in _spellings(word))
+        return next(filter(None, found), [])
+
+    @cached_property
+    def _reader(self) -> "_Reader":
+        return _open(_Files(self._folder))
+
+
+class _Synset(Protocol):
+    """What is used of nltk's class of that name."""
+
+    def lexname(self) -> str: ...
+    def definition(self) -> str: ...
+    def lemma_names(self) -> list[str]: ...
+    def hypernyms(self) -> list["_Synset"]: ...
+    def hyponyms(self) -> list["_Synset"]: ...
+
+
+class _Sense(NamedTuple):
+    """A sense of a base form, and its rank in all of WordNet."""
+
+    form: str
+    rank: int
+    synset: _Synset
+
+
+class _Reader(Protocol):
+    def senses(self, spelling: str) -> list[_Sense]: ...
+
+
+def _rank(related: Related) -> tuple[int, int, int, str, str, str]:
+    relation = RELATIONS.index(related.relation)
+    return (
+        related.sense,
+        related.distance,
+        relation,
+        related.word,
+        related.field,
+        related.gloss,
+    )
+
+
+def _spellings(word: str) -> Iterable[str]:
+    """Return the ways to join a name's words, in the order that WordNet's own search tries them."""
+    name = "_".join(word.lower().split())
+    apart, hyphened = name.replace("-", "_"), name.replace("_", "-")
+    return dict.fromkeys((name, apart, hyphened, apart.replace("_", "")))
+
+
+def _around(sense: _Sense, fields: frozenset[str]) -> Iterator[Related]:
+    yield from _words(sense, sense.synset, "synonym", 0)
+    for distance, synset in _reach(sense.synset, _above, MAX_HYPERNYM, fields):
+        yield from _words(sense, synset, "hypernym", distance)
+    for distance, synset in _reach(sense.synset, _below, MAX_HYPONYM, fields):
+        yield from _words(sense, synset, "hyponym", distance)
+
+
+def _above(synset: _Synset) -> list[_Synset]:
+    return synset.hypernyms()
+
+
+def _below(synset: _Synset) -> list[_Synset]:
+    return synset.hyponyms()
+
+
+def _words(sense: _Sense, synset: _Synset, relation: Relation, distance: int) -> Iterator[Related]:
+    for name in synset.lemma_names():
+        word = name.lower()
+        # A lemma can be its own synonym, and even its own hypernym in another sense.
+        if word != sense.form:
+            gloss = synset.definition()
+            yield Related(word, relation, distance, sense.rank, synset.lexname(), gloss)
+
+
+def _reach(
+    start: _Synset,
+    step: Callable[[_Synset], list[_Synset]],
+    limit: int,
+    fields: frozenset[str],
+) -> Iterator[tuple[int, _Synset]]:
+    """Walk from `start` in rings, without leaving `fields`."""
+    seen, ring = {start}, [start]
+    for distance in range(1, limit + 1):
+        reached = {other for synset in ring for other in step(synset)} - seen
+        ring = [synset for synset in reached if synset.lexname() in fields]
+        seen |= reached
+        for synset in ring:
+            yield distance, synset
+
+
+class _Files:
+    """The files of a folder, checked against the sums that the build wrote."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def text(self, name: str) -> str:
+        try:
+            # Universal newlines: the offsets hold even where git checked out CRLF.
+            text = (self._folder / name).read_text("ascii")
+        except (OSError, ValueError) as error:
+            raise LexiconError(f"Cannot read {self._folder / name} ({error}). {REMEDY}") from error
+        if name != CHECKSUMS and self._sums.get(name) != f"{zlib.crc32(text.encode()):08x}":
+            raise LexiconError(f"{self._folder / name} is damaged. {REMEDY}")
+        return text
+
+    @cached_property
+    def _sums(self) -> dict[str, str]:
+        lines = self.text(CHECKSUMS).splitlines()
+        return {name: digest for digest, _, name in (line.partition(" ") for line in lines)}
+
+
+def _open(files: _Files) -> _Reader:
+    from nltk.corpus.reader.wordnet import WordNetCorpusReader  # type: ignore[import-untyped]
+    from nltk.data import PathPointer  # type: ignore[import-untyped]
+
+    class ShippedReader(WordNetCorpusReader):  # type: ignore[misc]
+        """nltk's reader, except for where bytes come from and what is done besides."""
+
+        def open(self, file: str) -> io.StringIO:
+            # nltk's own would have the folder on the global nltk.data.path, and refuses files
+            # that are hard links (as uv installs them) or group-writable (as in many checkouts).
+            # The text is ASCII, so WordNet's byte offsets are StringIO's positions.
+            return io.StringIO(files.text(file))
+
+        def map_wn(self, version: str = "wordnet") -> None:
+            """Skip the mapping to WordNet 3.0, for which nltk searches the user's corpora."""
+
+        def senses(self, spelling: str) -> list[_Sense]:
+            return [
+                _Sense(form, rank, self.synset_from_pos_and_offset(pos, offset))
+                for pos in POS
+                for form in self._morphy(spelling, pos)
+                for rank, offset in enumerate(self._lemma_pos_offset_map[form][pos], start=1)
+            ]
+
+    # The reader only asks that its root be a PathPointer; a string would go through nltk's list
+    # of allowed folders.
+    PathPointer.register(_Files)
+    # No multilingual data: None would say so, with a warning.
+    reader: _Reader = ShippedReader(files, omw_reader=False)
+    return reader

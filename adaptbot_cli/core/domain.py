@@ -1,0 +1,177 @@
+"""A domain as a value: classes, properties, actions, tasks, goals (docs/domains.md)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rdflib import URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core.plan import Goal, Task
+
+
+@dataclass(frozen=True, slots=True)
+class Implication:
+    """A value that follows from another fact: a liquid is not sliceable."""
+
+    prop: URIRef
+    equals: Node
+    value: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """A predicate of the home. `graph` is "attribute" (G_k) or "state" (G_s)."""
+
+    iri: URIRef
+    label: str
+    graph: str
+    domain: URIRef
+    range: URIRef
+    question: str = ""
+    functional: bool = False
+    state_words: tuple[str, ...] = ()
+    implied: tuple[Implication, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A state that a new entity starts in, if the attribute `when` is true of it or none is named."""
+
+    prop: URIRef
+    value: Node
+    when: URIRef | None
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable."""
+
+    iri: URIRef
+    label: str
+    comment: str
+    supers: tuple[URIRef, ...]
+    name_property: URIRef | None
+    location_property: URIRef | None
+    order: int | None
+    asks: tuple[URIRef, ...]
+    starts: tuple[Start, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of an action: an item of some classes, or a value of a datatype.
+
+    `default` is a SPARQL SELECT whose first row gives the value that the tool fills in;
+    `words` are the words that stand for a value, such as "on" for true.
+    """
+
+    name: str
+    classes: tuple[URIRef, ...] = ()
+    datatype: URIRef | None = None
+    optional: bool = False
+    hidden: bool = False
+    default: str = ""
+    words: Mapping[str, Node] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class AttributeRequirement:
+    """An attribute that an argument must have. Unknown is neither true nor false: it is asked,
+    unless the domain says that it may be taken to hold (`assume`)."""
+
+    of: str
+    prop: URIRef
+    value: Node
+    message: str
+    assume: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A SPARQL ASK over the state at one point of the plan, and the sentence when it fails."""
+
+    query: str
+    message: str
+    predicates: frozenset[URIRef] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """A SPARQL DELETE/INSERT … WHERE, as the two CONSTRUCT queries that give its triples."""
+
+    update: str
+    deletes: str
+    inserts: str
+    predicates: frozenset[URIRef] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class CalledAs:
+    """Names of an action that also fix one argument: turn_on is switch with state on."""
+
+    names: tuple[str, ...]
+    parameter: str
+    value: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What the robot can do: parameters, requirements, effect and explanation."""
+
+    iri: URIRef
+    name: str
+    explain: str
+    parameters: tuple[Parameter, ...]
+    attributes: tuple[AttributeRequirement, ...] = ()
+    conditions: tuple[Condition, ...] = ()
+    advises: tuple[Condition, ...] = ()
+    effect: Effect | None = None
+    aliases: tuple[str, ...] = ()
+    called_as: tuple[CalledAs, ...] = ()
+    family: str = ""
+    verb: str = ""
+
+    @property
+    def visible(self) -> tuple[Parameter, ...]:
+        """The parameters that a plan may write, in order."""
+        return tuple(p for p in self.parameters if not p.hidden)
+
+    @property
+    def required(self) -> tuple[Parameter, ...]:
+        """The parameters that a plan must write."""
+        return tuple(p for p in self.visible if not p.optional and not p.default)
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """Everything that the tool knows of a domain before it looks at the facts."""
+
+    iri: URIRef
+    name: str
+    comment: str
+    namespace: str
+    agent: URIRef
+    purpose: str
+    noun_fields: frozenset[str]
+    verb_fields: frozenset[str]
+    fillers: frozenset[str]
+    quantifiers: frozenset[str]
+    products: frozenset[str]
+    kinds: Mapping[URIRef, Kind]
+    properties: Mapping[URIRef, Property]
+    actions: Mapping[str, Action]
+    tasks: tuple[Task, ...]
+    task_names: Mapping[str, Task]
+    goals: tuple[Goal, ...]
+    advice: tuple[Goal, ...]
+
+    @property
+    def teachable(self) -> tuple[Kind, ...]:
+        """The kinds that a person can be asked to choose from, in the domain's order."""
+        kinds = [kind for kind in self.kinds.values() if kind.order is not None]
+        return tuple(sorted(kinds, key=lambda kind: (kind.order or 0, kind.label)))
+
+    def name_properties(self) -> tuple[URIRef, ...]:
+        """The predicates that give things their names."""
+        found = {k.name_property for k in self.kinds.values() if k.name_property is not None}
+        return tuple(sorted(found))

@@ -1,0 +1,40 @@
+"""The codes of findings: what each means and whether it keeps a plan from being executable."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A kind of finding: a title people read, and whether it blocks execution."""
+
+    title: str
+    blocks: bool = True
+
+
+CODES: dict[str, Code] = {
+    "P101": Code("the text holds no plan"),
+    "P102": Code("a call that cannot be read"),
+    "P103": Code("a step under a condition"),
+    "P104": Code("the plan is repeated", blocks=False),
+    "E101": Code("unknown action"),
+    "E102": Code("wrong number of arguments"),
+    "E103": Code("not a value that the action takes"),
+    "E201": Code("unknown item"),
+    "E202": Code("wrong kind of item"),
+    "E203": Code("a result of the plan, not an item of the home"),
+    "E204": Code("a word for several items"),
+    "E301": Code("attribute unknown"),
+    "E302": Code("attribute rules it out"),
+    "E401": Code("condition not met at this point"),
+    "E501": Code("required item missing from the plan"),
+    "E502": Code("required item lost by a new plan"),
+    "E503": Code("goal not met"),
+    "W601": Code("something is left in the wrong state", blocks=False),
+    "W602": Code("runs, but misses its point", blocks=False),
+}
+"""Every code a finding can have. P: the text; E: keeps the plan from being executed; W: it runs."""
+
+
+def blocks(code: str) -> bool:
+    """Tell whether a finding of this code keeps the plan from being executable."""
+    return CODES[code].blocks

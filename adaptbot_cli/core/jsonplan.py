@@ -1,0 +1,166 @@
+"""Plans that are written as JSON or as tool calls: the steps in a value."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from adaptbot_cli.core.literals import Node, read_literal
+from adaptbot_cli.core.plan import Call
+from adaptbot_cli.core.scan import Item, keep_argument, read_args, shown
+
+Reader = Callable[[str], Sequence[Item]]
+"""Reads the calls in a plain text; a string of a JSON plan may hold some."""
+
+_NAMED = ("action", "function", "action_name", "function_name", "tool_name", "primitive", "skill")
+_NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "step")
+_ARGS = (
+    "args", "arguments", "parameters", "params", "kwargs", "argument", "input", "inputs",
+    "action_input",
+)  # fmt: skip
+_PLANS = {
+    "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls", "commands",
+    "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
+}  # fmt: skip
+_TEXTS = {"content", "text", "answer", "output", "response", "result"}
+_CONDITIONS = ("if", "condition", "unless", "while")
+_REMARKS = {
+    "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment", "comments",
+    "description", "note", "notes", "explanation", "order", "purpose", "status", *_CONDITIONS,
+}  # fmt: skip
+_EMPTY = {"", "null", "none", "false", "true"}
+_LOOKED_AT = 50
+
+
+def read_json(text: str, pos: int, read: Reader) -> tuple[list[Item], int]:
+    """Read the list or map at `pos` as a plan; returns its items and where the reading ended.
+
+    No items: it is no plan, however well-formed it may be.
+    """
+    node, end = read_literal(text, pos)
+    items = list(_steps(node, text, read, planned=False))
+    if node.end < 0 and items and not items[-1].code:
+        items.append(Item(end, "", code="P102", message=f"The JSON breaks off at {_rest(text, end)}."))
+    return items, end
+
+
+def _steps(node: Node, text: str, read: Reader, planned: bool) -> Iterator[Item]:
+    """Yield the steps in a value. In a list of steps, whatever is none is told of."""
+    if node.kind == "map":
+        yield from _map_steps(node, text, read)
+        return
+    planned = planned or any(_is_step(item, read) for item in node.items[:_LOOKED_AT])
+    if node.kind != "list":
+        yield from _moved(read(node.text), node, text) if planned else ()
+        return
+    for item in node.items:
+        found = list(_steps(item, text, read, planned))
+        yield from found
+        if not found and planned and not (item.kind == "list" and not item.items):
+            yield _unread(item, text, "this is not a step")
+
+
+def _map_steps(node: Node, text: str, read: Reader) -> Iterator[Item]:
+    if _is_step(node, read):
+        yield from _step(node, text, read)
+        return
+    for key, value in node.entries():
+        told = key in _PLANS or (value.kind == "string" and key in _TEXTS)
+        if told or value.kind in ("list", "map"):
+            yield from _steps(value, text, read, planned=told)
+
+
+def _is_step(node: Node, read: Reader) -> bool:
+    if node.kind == "string":
+        return "(" in node.text and bool(read(node.text))
+    if node.kind != "map" or any(key in _PLANS for key, _ in node.entries()):
+        return False
+    name = _name(node)
+    if name is None:
+        return False
+    if name.kind == "map":
+        return _is_step(name, read) or _name(name) is not None
+    named = node.get(*_NAMED) is not None or node.get(*_ARGS) is not None
+    return name.kind in ("string", "word") and (named or "(" in name.text)
+
+
+def _name(node: Node) -> Node | None:
+    return node.get(*_NAMED, *_NAMED_WITH_ARGS)
+
+
+def _step(node: Node, text: str, read: Reader) -> Iterator[Item]:
+    name = _name(node)
+    if name is None or node.end < 0:
+        yield _unread(node, text, "it breaks off")
+        return
+    if name.kind == "map":
+        yield from _step(name, text, read)
+        return
+    condition = next((c for key, c in node.entries() if key in _CONDITIONS), None)
+    if condition is not None and condition.text.lower() not in _EMPTY:
+        message = f"{_quoted(node, text)} is under the condition {shown(condition.text)}: only plain calls are run."
+        yield Item(node.start, _source(node, text), code="P103", message=message)
+        return
+    values = node.get(*_ARGS)
+    if "(" in name.text:
+        found = _moved(read(name.text), node, text)
+        yield from found or [_unread(node, text, "its action cannot be read")]
+        return
+    args = _rest_args(node, name) if values is None else _args(values)
+    action = name.text.strip().rpartition(".")[2]
+    if args is None:
+        yield _unread(node, text, "an argument is an object")
+    elif not action or (values is None and not action.isidentifier()):
+        yield _unread(node, text, "its action is not a name")
+    else:
+        call = Call(action, tuple(arg for arg in args if keep_argument(arg)))
+        yield Item(node.start, _source(node, text), call)
+
+
+def _rest_args(node: Node, name: Node) -> list[str] | None:
+    """Take as arguments what a step says besides its action, remarks aside."""
+    values = [v for key, v in node.entries() if v is not name and key not in _REMARKS]
+    return _args(Node("list", node.start, node.end, items=values))
+
+
+def _args(node: Node) -> list[str] | None:
+    """Flatten a value to arguments; None if an object stands where an argument should."""
+    if node.kind == "string" and node.text.strip()[:1] in ("{", "["):
+        inner, _ = read_literal(node.text.strip(), 0)
+        return _args(inner) if inner.end >= 0 else None
+    if node.kind == "string" and "," in node.text:
+        reading = read_args(node.text + ")", 0)
+        return None if reading.error else list(reading.args)
+    if node.kind in ("string", "word"):
+        null = node.kind == "word" and node.text.lower() in ("null", "none")
+        return [] if null else [node.text.strip()]
+    args: list[str] = []
+    for item in node.items:
+        if item.kind == "map":
+            return None
+        nested = [item.text.strip()] if item.kind == "string" else _args(item)
+        if nested is None:
+            return None
+        args += nested
+    return args
+
+
+def _moved(items: Sequence[Item], node: Node, text: str) -> list[Item]:
+    """Place what a string holds where the string stands."""
+    source = _source(node, text)
+    return [Item(node.start, source, item.call, item.code, item.message) for item in items]
+
+
+def _unread(node: Node, text: str, why: str) -> Item:
+    message = f"The step {_quoted(node, text)} cannot be read: {why}."
+    return Item(node.start, _source(node, text), code="P102", message=message)
+
+
+def _source(node: Node, text: str) -> str:
+    return _quoted(node, text)[1:-1]
+
+
+def _quoted(node: Node, text: str) -> str:
+    return shown(text[node.start : node.end] if node.end >= 0 else text[node.start : node.start + 200])
+
+
+def _rest(text: str, end: int) -> str:
+    rest = text[end : end + 200].strip()
+    return shown(rest) if rest else "the end of the text"

@@ -1,0 +1,209 @@
+"""The knowledge graph of this home: G_k and G_s (paper, III-A), asked by SPARQL."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core.domain import Domain, Effect
+from adaptbot_cli.core.names import normal, variants
+from adaptbot_cli.core.sparql import variables
+from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
+
+Bindings = Mapping[str, Node]
+
+
+@dataclass(frozen=True, slots=True)
+class Delta:
+    """What an effect or an answer changes: triples taken away, triples added."""
+
+    removed: frozenset[Triple] = frozenset()
+    added: frozenset[Triple] = frozenset()
+
+    def __bool__(self) -> bool:
+        return bool(self.removed or self.added)
+
+
+@dataclass(slots=True)
+class Kg:
+    """A home's knowledge graph under a domain.
+
+    The facts live in two named graphs of one store, so that a query sees both. `rehearsal` lets
+    effects be tried and takes them back, whatever happens inside.
+    """
+
+    domain: Domain
+    facts: Dataset
+    _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
+    _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
+    _log: list[Delta] | None = None
+
+    @classmethod
+    def load(cls, domain: Domain, attributes: Iterable[Triple], states: Iterable[Triple]) -> "Kg":
+        """Build a graph from the facts of G_k and G_s."""
+        kg = cls(domain, Dataset(store="Oxigraph", default_union=True))
+        for kind in domain.kinds.values():
+            for parent in kind.supers[1:]:
+                kg.graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
+        kg.graph(ATTRIBUTES).addN((*t, kg.graph(ATTRIBUTES)) for t in attributes)
+        kg.graph(STATES).addN((*t, kg.graph(STATES)) for t in states)
+        return kg
+
+    def graph(self, name: URIRef) -> Graph:
+        """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
+        return self.facts.get_context(name)
+
+    def home_of(self, predicate: Node) -> URIRef:
+        """Return which of the two graphs a predicate belongs to."""
+        known = self.domain.properties.get(predicate)  # type: ignore[call-overload]
+        return STATES if known is not None and known.graph == "state" else ATTRIBUTES
+
+    def ask(self, query: str, bindings: Bindings) -> bool:
+        """Answer a SPARQL ASK with variables bound."""
+        return bool(self.facts.query(query, initBindings=_used(query, bindings)).askAnswer)
+
+    def rows(self, query: str, bindings: Bindings) -> list[dict[str, Node]]:
+        """Return the solutions of a SPARQL SELECT with variables bound."""
+        result = self.facts.query(query, initBindings=_used(query, bindings))
+        return [{str(k): v for k, v in row.items()} for row in result.bindings]
+
+    def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
+        """Return the value of `name` in the first solution of a SELECT, if there is one."""
+        return next((row[name] for row in self.rows(query, bindings) if name in row), None)
+
+    def value(self, subject: Node, predicate: Node) -> Node | None:
+        """Return the one value of a functional property, the smallest if there are several."""
+        return min(self.facts.objects(subject, predicate), default=None)
+
+    def find(self, name: str) -> tuple[URIRef, ...]:
+        """Return the entities that bear a name, an alias of it or a plain variant of it."""
+        if name not in self._names:
+            self._names[name] = self._look_up(name)
+        return self._names[name]
+
+    def _look_up(self, name: str) -> tuple[URIRef, ...]:
+        for form in variants(name):
+            for text in dict.fromkeys((form, form.upper(), form.title())):
+                found = {
+                    subject
+                    for predicate in (*self.domain.name_properties(), AB.alias)
+                    for subject in self.facts.subjects(predicate, Literal(text))
+                    if isinstance(subject, URIRef)
+                }
+                if found:
+                    return tuple(sorted(found))
+        return ()
+
+    def aliases(self, entity: Node) -> tuple[str, ...]:
+        """Return the other names that people have taught for an entity."""
+        return tuple(sorted(str(name) for name in self.facts.objects(entity, AB.alias)))
+
+    def name(self, entity: Node) -> str:
+        """Return an entity's name, or the end of its IRI."""
+        for predicate in self.domain.name_properties():
+            value = self.value(entity, predicate)
+            if value is not None:
+                return str(value)
+        return local(entity)
+
+    def classes(self, entity: Node) -> frozenset[Node]:
+        """Return an entity's classes, superclasses included."""
+        if entity not in self._classes:
+            stated = self.facts.objects(entity, RDF.type)
+            kinds = self.domain.kinds
+            found = {sup for iri in stated if iri in kinds for sup in kinds[iri].supers}
+            self._classes[entity] = frozenset(found)
+        return self._classes[entity]
+
+    def is_a(self, entity: Node, classes: Iterable[Node]) -> bool:
+        """Tell whether an entity belongs to one of some classes."""
+        return not self.classes(entity).isdisjoint(classes)
+
+    def kind_label(self, entity: Node) -> str:
+        """Return in a word what an entity is, from its class."""
+        stated = sorted(self.facts.objects(entity, RDF.type))
+        labels = [self.domain.kinds[iri].label for iri in stated if iri in self.domain.kinds]
+        return labels[0] if labels else "thing"
+
+    def instances(self, classes: Iterable[Node]) -> list[URIRef]:
+        """Return the entities of some classes, sorted by IRI."""
+        wanted = set(classes)
+        kinds = [k.iri for k in self.domain.kinds.values() if not wanted.isdisjoint(k.supers)]
+        found = {s for kind in kinds for s in self.facts.subjects(RDF.type, kind)}
+        return sorted(s for s in found if isinstance(s, URIRef))
+
+    def delta(self, effect: Effect | None, bindings: Bindings) -> Delta:
+        """Return what an effect would change now, without changing it."""
+        if effect is None:
+            return Delta()
+        removed = self._triples(effect.deletes, bindings)
+        added = self._triples(effect.inserts, bindings)
+        return Delta(
+            frozenset(t for t in removed - added if t in self.facts),
+            frozenset(t for t in added if t not in self.facts),
+        )
+
+    def _triples(self, construct: str, bindings: Bindings) -> set[Triple]:
+        graph = self.facts.query(construct, initBindings=_used(construct, bindings)).graph
+        return set(graph) if graph is not None else set()
+
+    def apply(self, delta: Delta) -> None:
+        """Change the graph; inside a `rehearsal` the change is taken back at its end."""
+        if self._log is not None:
+            self._log.append(delta)
+        self._write(delta.removed, delta.added)
+
+    def undo_to(self, mark: int) -> None:
+        """Take back every change of this rehearsal after the first `mark`."""
+        while self._log is not None and len(self._log) > mark:
+            delta = self._log.pop()
+            self._write(delta.added, delta.removed)
+
+    @property
+    def mark(self) -> int:
+        """The number of changes made in this rehearsal, to come back to."""
+        return len(self._log or ())
+
+    def changes(self, start: int, end: int | None = None) -> list[Delta]:
+        """Return the changes of this rehearsal from one mark to another."""
+        return (self._log or [])[start:end]
+
+    @contextmanager
+    def rehearsal(self) -> Iterator[None]:
+        """Let effects be tried: everything applied inside is taken back at the end."""
+        outer, self._log = self._log, []
+        try:
+            yield
+        finally:
+            self.undo_to(0)
+            self._log = outer
+
+    def learn(self, delta: Delta) -> None:
+        """Change the graph for good and forget what was worked out from the old one."""
+        self.apply(delta)
+        self._names.clear()
+        self._classes.clear()
+
+    def _write(self, removed: Iterable[Triple], added: Iterable[Triple]) -> None:
+        for triple in removed:
+            self.graph(self.home_of(triple[1])).remove(triple)
+        for triple in added:
+            self.graph(self.home_of(triple[1])).add(triple)
+
+    def size(self) -> tuple[int, int]:
+        """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""
+        facts = [t for name in (ATTRIBUTES, STATES) for t in self.graph(name)]
+        counted = {t for t in facts if not t[1].startswith(str(AB))}
+        return len({t[0] for t in counted}), len(counted)
+
+
+def _used(query: str, bindings: Bindings) -> dict[str, Node]:
+    """The bindings that a query has variables for: others are an error to the engine."""
+    return {name: value for name, value in bindings.items() if name in variables(query)}
+
+
+def known_names(kg: Kg, classes: Iterable[Node]) -> dict[str, URIRef]:
+    """Return the names of every entity of some classes, each with its entity."""
+    return {normal(kg.name(entity)): entity for entity in kg.instances(classes)}

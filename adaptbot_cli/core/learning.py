@@ -1,0 +1,140 @@
+"""From an answer to facts: the paper's knowledge refinement f_KE (III-C)."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from rdflib import RDF, RDFS, Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
+from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.questions import NO, UNKNOWN, YES, Answer, Choice, Question, yes_no
+from adaptbot_cli.core.terms import AB, Triple, local
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """What one answer taught: the facts, the question and answer they come from, a sentence.
+
+    `action` is the new action, if that is what was taught.
+    """
+
+    delta: Delta
+    question: Question
+    answer: Answer
+    sentence: str
+    action: Action | None = None
+
+
+def alias(kg: Kg, name: str, entity: URIRef) -> Delta:
+    """Return the facts of `name` being another name for a known item or action."""
+    return Delta(added=frozenset({(entity, AB.alias, Literal(normal(name)))}))
+
+
+def absence(domain: Domain, name: str, subject: str) -> Delta:
+    """Return the facts of an item or action not being there, so that it is never asked again."""
+    predicate = AB.absentAction if subject == "action" else AB.absentItem
+    return Delta(added=frozenset({(domain.iri, predicate, Literal(normal(name)))}))
+
+
+def is_absent(kg: Kg, name: str, subject: str) -> bool:
+    """Tell whether a person has said that this item or action is not there."""
+    predicate = AB.absentAction if subject == "action" else AB.absentItem
+    return (kg.domain.iri, predicate, Literal(normal(name))) in kg.facts
+
+
+def entity_iri(kg: Kg, name: str) -> URIRef:
+    """Return a new entity's IRI: the domain's namespace and a safe, readable, unused end."""
+    safe = "".join(c if c.isalnum() and c.isascii() else "_" for c in normal(name)).strip("_")
+    base = (safe or "thing")[:60]
+    base = base if base[0].isalpha() else f"n_{base}"
+    candidates = (base if n == 1 else f"{base}_{n}" for n in range(1, 10_000))
+    taken = (URIRef(kg.domain.namespace + end) for end in candidates)
+    return next(iri for iri in taken if (iri, None, None) not in kg.facts)
+
+
+def existence(kg: Kg, name: str, kind: Kind) -> Delta:
+    """Return the facts of a new entity: its class, its name and the states it starts in."""
+    iri = entity_iri(kg, name)
+    facts: set[Triple] = {(iri, RDF.type, kind.iri)}
+    if kind.name_property is not None:
+        facts.add((iri, kind.name_property, Literal(normal(name))))
+    facts |= {(iri, s.prop, s.value) for s in kind.starts if s.when is None}
+    return Delta(added=frozenset(facts))
+
+
+def attribute(kg: Kg, entity: URIRef, prop: Property, value: Node) -> Delta:
+    """Return the facts of an attribute's value, with the states that it brings with it."""
+    old = set(kg.facts.triples((entity, prop.iri, None))) if prop.functional else set()
+    facts: set[Triple] = {(entity, prop.iri, value)}
+    facts |= set(_starts(kg, entity, prop.iri, value))
+    return Delta(frozenset(old - facts), frozenset(f for f in facts if f not in kg.facts))
+
+
+def _starts(kg: Kg, entity: URIRef, prop: URIRef, value: Node) -> Iterable[Triple]:
+    """The states that an entity starts in because this attribute is true of it."""
+    for iri in kg.facts.objects(entity, RDF.type):
+        kind = kg.domain.kinds.get(iri)  # type: ignore[call-overload]
+        for start in kind.starts if kind else ():
+            known = kg.value(entity, start.prop)
+            if start.when == prop and value == Literal(True) and known is None:
+                yield (entity, start.prop, start.value)
+
+
+def new_action(domain: Domain, name: str, kinds: Iterable[Kind]) -> tuple[Action, Delta]:
+    """Return an action that a person says exists, with its facts.
+
+    Its parameters are what the plan gave it; what it requires and changes is not known yet.
+    """
+    iri = URIRef(domain.namespace + normal(name))
+    parameters = [
+        Parameter(f"{local(kind.iri)}_{n}", (kind.iri,)) for n, kind in enumerate(kinds, start=1)
+    ]
+    explain = "taught by a person; its effect is not known"
+    facts: set[Triple] = {
+        (iri, RDF.type, AB.Action),
+        (iri, RDFS.label, Literal(normal(name))),
+        (iri, AB.explain, Literal(explain)),
+    }
+    for n, parameter in enumerate(parameters, start=1):
+        node = URIRef(f"{iri}_{parameter.name}")
+        facts |= {
+            (iri, AB.parameter, node),
+            (node, AB.order, Literal(n)),
+            (node, AB.name, Literal(parameter.name)),
+            (node, AB["class"], parameter.classes[0]),
+        }
+    action = Action(iri, normal(name), explain, tuple(parameters), verb=normal(name))
+    return action, Delta(added=frozenset(facts))
+
+
+def attribute_question(kg: Kg, name: str, prop: Property, context: str) -> Question:
+    """Return the domain's own question for an attribute or place of `name`."""
+    text = prop.question.format(name=name.replace("_", " "))
+    if str(prop.range).endswith("#boolean"):
+        return Question("attribute", name, text, local(prop.iri), choices=yes_no(), context=context)
+    places = kg.instances([prop.range])
+    choices = tuple(Choice(kg.name(p), kg.name(p)) for p in _handy(kg, places))
+    return Question(
+        "place",
+        name,
+        text,
+        local(prop.iri),
+        choices=(*choices, Choice(UNKNOWN, "I don't know")),
+        context=context,
+    )
+
+
+def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
+    """Places by how many things are kept there, so that the likely ones come first."""
+    counts: Mapping[URIRef, int] = {p: len(list(kg.facts.subjects(None, p))) for p in places}
+    return sorted(places, key=lambda place: (-counts[place], place))
+
+
+def attribute_value(kg: Kg, prop: Property, answer: str) -> Node | None:
+    """Return the term that an answer stands for, or None if it leaves the attribute unknown."""
+    if str(prop.range).endswith("#boolean"):
+        return {YES: Literal(True), NO: Literal(False)}.get(answer)
+    found = [entity for entity in kg.find(answer) if kg.is_a(entity, [prop.range])]
+    return found[0] if found else None

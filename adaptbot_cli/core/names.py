@@ -1,0 +1,57 @@
+"""Names as people and models write them: normal forms, base forms, nearness."""
+
+import re
+from collections.abc import Iterable, Sequence
+from difflib import SequenceMatcher
+
+
+def normal(name: str) -> str:
+    """Return the name in small letters with single underscores: "Cutting-Board " is cutting_board."""
+    text = name.strip().lower().replace("\u2019", "'")
+    return re.sub(r"[\s_\-]+", "_", text).strip("_")
+
+
+def words(name: str) -> tuple[str, ...]:
+    """Return the words of a name, in small letters."""
+    return tuple(part for part in re.split(r"[^\w']+|_", normal(name)) if part)
+
+
+def singulars(word: str) -> tuple[str, ...]:
+    """Return what `word` could be the English plural of, likeliest first."""
+    rules = (("ies", "y"), ("ves", "f"), ("oes", "o"), ("es", ""), ("s", ""))
+    found = [word[: -len(end)] + new for end, new in rules if word.endswith(end) and len(word) > 3]
+    return tuple(dict.fromkeys(form for form in reversed(found) if not word.endswith("ss")))
+
+
+def variants(name: str) -> tuple[str, ...]:
+    """Return the forms under which a name may be known, the name itself first."""
+    base = normal(name)
+    head, _, last = base.rpartition("_")
+    plurals = [f"{head}_{form}" if head else form for form in singulars(last)]
+    return tuple(dict.fromkeys((name, base, *plurals, base + "s")))
+
+
+def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.5) -> list[str]:
+    """Return the known names most like `name`, best first; ties by name."""
+    wanted = normal(name)
+    scored = ((_likeness(wanted, normal(other)), other) for other in known)
+    good = sorted((-score, other) for score, other in scored if score >= floor)
+    return [other for _, other in good[:limit]]
+
+
+def _likeness(one: str, other: str) -> float:
+    shared = set(one.split("_")) & set(other.split("_"))
+    if shared:
+        return 0.6 + 0.4 * len(shared) / max(one.count("_") + 1, other.count("_") + 1)
+    matcher = SequenceMatcher(None, one, other)
+    return matcher.ratio() if matcher.quick_ratio() >= 0.5 else 0.0
+
+
+def sentence_list(names: Sequence[str], limit: int = 4) -> str:
+    """Join names for a sentence: "a, b and c", the rest counted."""
+    shown = list(names[:limit])
+    if len(names) > limit:
+        shown.append(f"{len(names) - limit} more")
+    if len(shown) < 2:
+        return "".join(shown)
+    return f"{', '.join(shown[:-1])} and {shown[-1]}"

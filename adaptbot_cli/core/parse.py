@@ -1,0 +1,62 @@
+"""The parser: from a language model's raw text to plan calls."""
+
+from adaptbot_cli.core.lines import read_text
+from adaptbot_cli.core.plan import Finding, Parsed, Written
+from adaptbot_cli.core.recap import without_repeats
+from adaptbot_cli.core.scan import Item
+
+
+def parse(text: str) -> Parsed:
+    """Read the calls in a text, in order, with a finding for whatever was not understood.
+
+    Reads prose with Markdown, code and JSON. Pure; raises on no text; runs nothing; takes time in
+    proportion to the text's length. Every finding and every call has its line and column.
+    """
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    read = read_text(text)
+    places = _Places(text)
+    calls: list[Written] = []
+    findings: list[Finding] = []
+    for item in read.items:
+        line, column = places.of(item.start)
+        if item.call is None:
+            findings.append(Finding(item.code, item.message, line=line, column=column))
+        else:
+            calls.append(Written(item.call, item.source, line, column))
+    if not calls:
+        findings.insert(0, Finding("P101", _no_plan(text, findings), line=1, column=1))
+    kept, repeated = without_repeats(calls, read.gaps)
+    return Parsed(kept, tuple(sorted((*findings, *repeated), key=_place)))
+
+
+def _no_plan(text: str, findings: list[Finding]) -> str:
+    if not text.strip():
+        return "The text is empty: there is no plan in it."
+    if findings:
+        return "The text holds no call that can be run: see what else was found in it."
+    if sum(not c.isprintable() and not c.isspace() for c in text[:1000]) > len(text[:1000]) / 10:
+        return "The text is not readable: it consists of control characters and holds no call."
+    return "The text holds no call such as `pick_up_obj(\"egg\")`: it is only prose."
+
+
+def _place(finding: Finding) -> tuple[int, int]:
+    return finding.line or 0, finding.column or 0
+
+
+class _Places:
+    """Turns offsets into lines and columns. Going forwards, it looks at the text once."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+        self._line = 1
+        self._line_start = 0
+
+    def of(self, offset: int) -> tuple[int, int]:
+        offset = min(offset, len(self._text))
+        if offset < self._at:
+            self._at, self._line, self._line_start = 0, 1, 0
+        self._line += self._text.count("\n", self._at, offset)
+        self._line_start = self._text.rfind("\n", self._at, offset) + 1 or self._line_start
+        self._at = offset
+        return self._line, offset - self._line_start + 1

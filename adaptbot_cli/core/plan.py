@@ -1,0 +1,116 @@
+"""Plans as values: a call, a step and what became of it, a finding."""
+
+import json
+from dataclasses import dataclass, field
+from typing import Literal
+
+Status = Literal["ok", "changed", "inserted", "dropped", "finding"]
+Approved = Literal["rule", "human"]
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """An action and its arguments, all by name: `slice("onion", "knife")`."""
+
+    action: str
+    args: tuple[str, ...] = ()
+
+    def render(self) -> str:
+        """Write the call as a plan line; `parse` reads it back to the same call."""
+        return f"{self.action}({', '.join(_literal(arg) for arg in self.args)})"
+
+
+def _literal(arg: str) -> str:
+    return arg if _is_number(arg) else json.dumps(arg, ensure_ascii=False)
+
+
+def _is_number(arg: str) -> bool:
+    return arg.isascii() and arg.replace(".", "", 1).isdigit() and arg[0] != "." and arg[-1] != "."
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A call as it stands in a text: `source` as written, `line` and `column` counted from 1."""
+
+    call: Call
+    source: str
+    line: int
+    column: int
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One substitution: `source` became `target` by a remedy, on some evidence (paper, III-B)."""
+
+    source: str
+    target: str
+    by: str
+    evidence: str
+    approved: Approved = "rule"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something about a plan that a check found.
+
+    `code` is a key of `findings.CODES`; `step` the number of the step (counted from 1), if it is
+    about one; `subject` the name that it is about; `candidates` the nearest names that would do.
+    """
+
+    code: str
+    message: str
+    subject: str = ""
+    step: int | None = None
+    candidates: tuple[str, ...] = ()
+    line: int | None = None
+    column: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step on its way from the model's text to an executable call.
+
+    `source` is None for an inserted step; `reason` says why a step was changed, inserted or dropped.
+    """
+
+    call: Call
+    source: str | None = None
+    line: int | None = None
+    status: Status = "ok"
+    changes: tuple[Change, ...] = ()
+    reason: str = ""
+    codes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What is to be done. `required` are the items that the result must use, by name.
+
+    `goals` are the task's own conditions, `known` whether the domain pack lists the task.
+    """
+
+    name: str
+    required: tuple[str, ...] = ()
+    goals: tuple["Goal", ...] = ()
+    known: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A condition on the state after the plan.
+
+    `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
+    `classes` the ASK is asked of each required item of those classes, as ?item.
+    """
+
+    query: str
+    message: str
+    classes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Parsed:
+    """What a text says as a plan: its calls in order, and what was not understood."""
+
+    calls: tuple[Written, ...] = ()
+    findings: tuple[Finding, ...] = field(default=())

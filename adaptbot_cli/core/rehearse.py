@@ -1,0 +1,154 @@
+"""The plan tried on the graph, step by step: conditions, missing steps, effects (DESIGN, 5)."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import product
+
+from rdflib import Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core.domain import Action, Condition, Parameter
+from adaptbot_cli.core.kg import Bindings, Kg
+from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.static import attribute_findings
+
+LONGEST_REPAIR = 5
+"""How many missing steps are inserted for one condition at most."""
+
+MOST_TRIES = 600
+"""How many actions are tried for one repair at most, so that a check always ends soon."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """Something that should hold: a test on the graph, and what it speaks about."""
+
+    holds: Callable[[], bool]
+    predicates: frozenset[URIRef]
+    values: Bindings
+
+
+def values_of(bound: Bound, kg: Kg) -> dict[str, Node]:
+    """Return what the variables of an action's queries stand for, the robot included.
+
+    Parameters that the plan leaves out get their defaults from the state at this point.
+    """
+    values: dict[str, Node] = {"agent": kg.domain.agent, **bound.values}
+    for parameter in bound.action.parameters:
+        if parameter.default and parameter.name not in values:
+            value = kg.first(parameter.default, parameter.name, values)
+            if value is not None:
+                values[parameter.name] = value
+    return values
+
+
+def complete(bound: Bound, kg: Kg) -> Bound:
+    """Return the action with its defaults filled in."""
+    values = values_of(bound, kg)
+    names = {p.name for p in bound.action.parameters}
+    return Bound(bound.action, {n: v for n, v in values.items() if n in names})
+
+
+def holds(condition: Condition, bound: Bound, kg: Kg) -> bool:
+    """Tell whether a condition of an action holds now."""
+    return kg.ask(condition.query, {"agent": kg.domain.agent, **bound.values})
+
+
+def aim_of(condition: Condition, bound: Bound, kg: Kg) -> Aim:
+    """Return a condition as something to aim for."""
+    return Aim(lambda: holds(condition, bound, kg), condition.predicates, bound.values)
+
+
+def perform(bound: Bound, kg: Kg) -> None:
+    """Apply an action's effect."""
+    values = {"agent": kg.domain.agent, **bound.values}
+    kg.apply(kg.delta(bound.action.effect, values))
+
+
+@dataclass(slots=True)
+class Repair:
+    """A bounded backward search for missing steps: the actions whose effects achieve an aim.
+
+    Shortest first; among equals the domain's order of actions decides. What a successful search
+    finds is already applied to the graph.
+    """
+
+    kg: Kg
+    tries: int = 0
+    trail: list[tuple[str, tuple[tuple[str, Node], ...]]] = field(default_factory=list)
+
+    def achieve(self, aim: Aim) -> list[Bound] | None:
+        """Return the steps that make an aim hold, or None if few enough cannot."""
+        for limit in range(1, LONGEST_REPAIR + 1):
+            steps = self._solve(aim, limit)
+            if steps is not None:
+                return steps
+        return None
+
+    def _solve(self, aim: Aim, limit: int) -> list[Bound] | None:
+        for bound in self._candidates(aim) if limit > 0 else ():
+            mark = self.kg.mark
+            steps = self._step(bound, limit - 1)
+            if steps is not None and aim.holds():
+                return steps
+            self.kg.undo_to(mark)
+        return None
+
+    def _step(self, bound: Bound, limit: int) -> list[Bound] | None:
+        """Do one action, with what it needs first, within `limit` more steps."""
+        key = (bound.action.name, tuple(sorted(bound.values.items())))
+        if key in self.trail or self.tries >= MOST_TRIES or attribute_findings(bound, self.kg):
+            return None
+        self.tries += 1
+        self.trail.append(key)
+        before = self.prepare(bound, limit)
+        self.trail.pop()
+        if before is None:
+            return None
+        perform(bound, self.kg)
+        return [*before, bound]
+
+    def prepare(self, bound: Bound, limit: int) -> list[Bound] | None:
+        """Make all conditions of an action hold, within `limit` steps; None if that fails."""
+        steps: list[Bound] = []
+        for condition in bound.action.conditions:
+            if holds(condition, bound, self.kg):
+                continue
+            part = self._solve(aim_of(condition, bound, self.kg), limit - len(steps))
+            if part is None:
+                return None
+            steps += part
+        undone = any(not holds(c, bound, self.kg) for c in bound.action.conditions)
+        return None if undone else steps
+
+    def _candidates(self, aim: Aim) -> Iterator[Bound]:
+        pool = self._pool(aim)
+        for action in self.kg.domain.actions.values():
+            if action.effect is not None and action.effect.predicates & aim.predicates:
+                yield from self._grounded(action, pool)
+
+    def _pool(self, aim: Aim) -> list[Node]:
+        """The things that an aim is about: its own, and what they are now related to by it."""
+        pool = [value for value in aim.values.values() if isinstance(value, URIRef)]
+        about: list[Node] = [*pool, self.kg.domain.agent]
+        for predicate in sorted(aim.predicates):
+            for thing in about:
+                pool += sorted(o for o in self.kg.facts.objects(thing, predicate))
+        return list(dict.fromkeys(node for node in pool if isinstance(node, URIRef)))
+
+    def _grounded(self, action: Action, pool: list[Node]) -> Iterator[Bound]:
+        options = [self._options(parameter, pool) for parameter in action.parameters]
+        for chosen in product(*options):
+            given = zip(action.parameters, chosen, strict=True)
+            values = {p.name: node for p, node in given if node is not None}
+            bound = complete(Bound(action, values), self.kg)
+            if all(p.optional or p.name in bound.values for p in action.parameters):
+                yield bound
+
+    def _options(self, parameter: Parameter, pool: list[Node]) -> list[Node | None]:
+        """What a parameter may stand for; None leaves it to its default."""
+        if parameter.datatype is not None:
+            return [*dict.fromkeys(parameter.words.values())] or [Literal(0)]
+        fitting: list[Node | None] = [n for n in pool if self.kg.is_a(n, parameter.classes)]
+        left_out: list[Node | None] = [None] if parameter.default or parameter.optional else []
+        return [*left_out, *fitting]

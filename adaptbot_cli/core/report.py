@@ -1,0 +1,100 @@
+"""What became of a plan: its steps, its findings, what it changes, and the final result."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rdflib.term import Node
+
+from adaptbot_cli.core.domain import Action
+from adaptbot_cli.core.findings import blocks
+from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.plan import Finding, Step, Task
+from adaptbot_cli.core.questions import Answer, Question
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """An action with the terms that its parameters stand for."""
+
+    action: Action
+    values: Mapping[str, Node]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A plan after parse, check, refine and repair.
+
+    `bounds` and `deltas` go with `steps` one to one: what a step means to the graph (None if it is
+    dropped or cannot be understood) and what it changed in the rehearsal.
+    """
+
+    task: Task
+    text: str
+    steps: tuple[Step, ...]
+    findings: tuple[Finding, ...]
+    bounds: tuple[Bound | None, ...] = ()
+    deltas: tuple[Delta, ...] = ()
+    missing: tuple[str, ...] = ()
+
+    @property
+    def blocking(self) -> tuple[Finding, ...]:
+        """The findings that keep the plan from being executed."""
+        return tuple(f for f in self.findings if blocks(f.code))
+
+    @property
+    def executable(self) -> bool:
+        """Whether nothing keeps the plan from being executed."""
+        return bool(self.live) and not self.blocking
+
+    @property
+    def live(self) -> tuple[Step, ...]:
+        """The steps that are to be executed."""
+        return tuple(step for step in self.steps if step.status not in ("dropped", "finding"))
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How far an execution came: what each executed step changed, and what stopped it, if anything."""
+
+    deltas: tuple[Delta, ...]
+    error: Finding | None = None
+    unmet: tuple[Finding, ...] = ()
+    missing: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Usage:
+    """What a run cost. Tokens as the planner counted them; cost in US dollars, None if unknown."""
+
+    model_calls: int = 0
+    prompt_tokens: int = 0
+    completion_tokens: int = 0
+    cost_usd: float | None = None
+    questions: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a run came to."""
+
+    report: Report
+    outcome: Outcome | None
+    usage: Usage
+    questions: tuple[tuple[Question, Answer], ...] = ()
+    lessons: tuple[Lesson, ...] = ()
+    revision: str | None = None
+    sizes: tuple[tuple[int, int], tuple[int, int]] = field(default=((0, 0), (0, 0)))
+
+    @property
+    def verdict(self) -> str:
+        """One of "executable", "findings" and "no_plan"."""
+        if not self.report.steps:
+            return "no_plan"
+        done = self.outcome is not None and self.outcome.error is None
+        return "executable" if done and self.report.executable else "findings"
+
+    @property
+    def goal_met(self) -> bool:
+        """Whether the plan was executed to its end and what the task needs then holds."""
+        return self.verdict == "executable" and self.outcome is not None and not self.outcome.unmet

@@ -1,0 +1,266 @@
+"""From a written name to an item or action of the home: remedies from KG and words (III-B).
+
+The remedies are tried in order, and a substitution is automatic only when it is safe: the
+candidate is of the right kind and unique, the name is no required item, and the plan does not use
+the candidate otherwise. What is not safe becomes a suggestion.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from rdflib import URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core.domain import Action, CalledAs
+from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.names import nearest, normal, sentence_list, variants, words
+from adaptbot_cli.core.plan import Change, Finding
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.words import Related
+
+T = TypeVar("T")
+
+_ITEM_REACH = {"synonym": 0, "hypernym": 2, "hyponym": 1}
+_ACTION_REACH = {"synonym": 0, "hypernym": 1}
+"""How many edges away a related word may be: an action stands for broader ones only."""
+
+_PREPOSITIONS = frozenset({"on", "onto", "in", "into", "inside", "upon", "atop"})
+_ARTICLES = frozenset({"a", "an", "the", "some", "of", "from", "with"})
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """What a name was taken to mean: an entity, how, and states that the name implies of it."""
+
+    entity: URIRef | None = None
+    change: Change | None = None
+    states: tuple[URIRef, ...] = ()
+    finding: Finding | None = None
+
+
+def item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
+    """Return the item that a name means where one of `classes` is wanted."""
+    for remedy in (_known, _several, _place_of_phrase, _with_state, _product, _by_words):
+        named = remedy(name, classes, scene)
+        if named is not None:
+            return named
+    return Named(finding=unknown_item(name, classes, scene))
+
+
+def _known(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    found = scene.kg.find(name)
+    if not found:
+        return None
+    entity = next((e for e in found if scene.kg.is_a(e, classes)), found[0])
+    return Named(entity, _renamed(name, entity, scene))
+
+
+def _renamed(name: str, entity: URIRef, scene: Scene) -> Change | None:
+    proper = scene.kg.name(entity)
+    if name == proper:
+        return None
+    learned = not {normal(form) for form in scene.kg.aliases(entity)}.isdisjoint(variants(name))
+    if learned:
+        return Change(name, proper, "alias", f"{name} is another name for {proper}")
+    return Change(name, proper, "normalisation", f"{name} is {proper}, written differently")
+
+
+def _several(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    if normal(name) not in scene.domain.quantifiers:
+        return None
+    message = f'"{name}" stands for several items; name each in a step of its own'
+    return Named(finding=Finding("E204", message, name))
+
+
+def _place_of_phrase(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    """A place told as a phrase, "egg on bread on plate", is the last place it names."""
+    parts = words(name)
+    cuts = [n for n, part in enumerate(parts) if part in _PREPOSITIONS]
+    if not cuts:
+        return None
+    place = "_".join(part for part in parts[cuts[-1] + 1 :] if part not in _ARTICLES)
+    found = [e for e in scene.kg.find(place) if scene.kg.is_a(e, classes)]
+    if not found:
+        return None
+    proper = scene.kg.name(found[0])
+    change = Change(name, proper, "place of the phrase", f'"{name}" ends at {proper}')
+    return Named(found[0], change)
+
+
+def _with_state(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    """A state word with a known item, "sliced_apple": the item, which must then be so."""
+    parts = words(name)
+    for prop in scene.domain.properties.values():
+        said = [part for part in parts if part in prop.state_words]
+        rest = "_".join(p for p in parts if p not in prop.state_words and p not in _ARTICLES)
+        if not said or not rest:
+            continue
+        found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, [prop.domain])]
+        if found:
+            proper = scene.kg.name(found[0])
+            why = f"{name} is {proper} that is {prop.label}"
+            return Named(found[0], Change(name, proper, "state", why), (prop.iri,))
+    return None
+
+
+def _product(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    if scene.requires(name) or not scene.is_product(name):
+        return None
+    message = f'"{name}" is what the plan makes, not an item of the home'
+    return Named(finding=Finding("E203", message, name))
+
+
+def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    """A synonym, broader or narrower word that names exactly one item of the right kind."""
+    if scene.requires(name) or is_absent(scene.kg, name, "item"):
+        return None
+    related = scene.known.get(normal(name), ())
+    best = _best(related, lambda w: _items_called(w, classes, scene), _ITEM_REACH)
+    if best is None or scene.uses(best[1]):
+        return None
+    word, entity = best
+    proper = scene.kg.name(entity)
+    return Named(entity, Change(name, proper, word.relation, _word_evidence(name, word)))
+
+
+def _items_called(word: str, classes: Sequence[URIRef], scene: Scene) -> set[URIRef]:
+    return {e for e in scene.kg.find(word) if scene.kg.is_a(e, classes)}
+
+
+def _best(
+    related: Iterable[Related], named: Callable[[str], set[T]], reach: Mapping[str, int]
+) -> tuple[Related, T] | None:
+    """The one thing that the word's first sense names at the shortest distance within `reach`."""
+    words = list(related)
+    first = min((word.sense for word in words), default=0)
+    near = [w for w in words if w.sense == first and w.distance <= reach.get(w.relation, -1)]
+    for distance in sorted({word.distance for word in near}):
+        ring = [word for word in near if word.distance == distance]
+        things = {thing for word in ring for thing in named(word.word)}
+        if things:
+            thing = next(iter(things))
+            word = next(word for word in ring if thing in named(word.word))
+            return (word, thing) if len(things) == 1 else None
+    return None
+
+
+def _word_evidence(name: str, word: Related) -> str:
+    said, other = name.replace("_", " "), word.word.replace("_", " ")
+    relations = {
+        "synonym": f"WordNet: {said} means the same as {other}",
+        "hypernym": f"WordNet: {said} is a kind of {other}",
+        "hyponym": f"WordNet: {other} is a kind of {said}",
+    }
+    return relations[word.relation]
+
+
+def unknown_item(name: str, classes: Sequence[URIRef], scene: Scene) -> Finding:
+    """Return the finding of an item that the KG does not know, with what is near it."""
+    near = near_items(name, classes, scene)
+    if is_absent(scene.kg, name, "item"):
+        message = f"{name} is not here, as a person has said"
+    elif near:
+        message = f"{name} is not in the knowledge graph; near it: {sentence_list(near)}"
+    else:
+        message = f"{name} is not in the knowledge graph"
+    return Finding("E201", message, name, candidates=tuple(near))
+
+
+def near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]:
+    """Return names of items of the right kind near a name: related words first, then spelling."""
+    related = [
+        scene.kg.name(entity)
+        for word in scene.known.get(normal(name), ())
+        for entity in sorted(_items_called(word.word, classes, scene))
+    ]
+    names = (scene.kg.name(entity) for entity in scene.kg.instances(classes))
+    return list(dict.fromkeys([*related, *nearest(name, names)]))[:5]
+
+
+@dataclass(frozen=True, slots=True)
+class NamedAction:
+    """What an action's name was taken to mean, with an argument that the name itself fixes."""
+
+    action: Action | None = None
+    change: Change | None = None
+    fixed: CalledAs | None = None
+    finding: Finding | None = None
+
+
+def action(name: str, scene: Scene) -> NamedAction:
+    """Return the action that a name means."""
+    known = scene.domain.actions.get(normal(name))
+    if known is not None:
+        return NamedAction(known)
+    for remedy in (_action_alias, _action_called_as, _action_by_words):
+        named = remedy(name, scene)
+        if named is not None:
+            return named
+    return NamedAction(finding=_unknown_action(name, scene))
+
+
+def _action_alias(name: str, scene: Scene) -> NamedAction | None:
+    taught: set[Node] = set(scene.kg.find(normal(name)))
+    for known in scene.domain.actions.values():
+        if normal(name) in known.aliases or known.iri in taught:
+            why = f"{name} is another name for {known.name}"
+            return NamedAction(known, Change(name, known.name, "alias", why))
+    return None
+
+
+def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
+    for known in scene.domain.actions.values():
+        for called in known.called_as:
+            if normal(name) in called.names:
+                why = f"{name} is {known.name} with {called.parameter} set"
+                return NamedAction(known, Change(name, known.name, "alias", why), called)
+    return None
+
+
+def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
+    if is_absent(scene.kg, name, "action"):
+        return None
+    related = scene.known.get(normal(name), ())
+    best = _best(related, lambda word: _actions_called(word, scene), _ACTION_REACH)
+    if best is None:
+        return None
+    word, known = best[0], scene.domain.actions[best[1]]
+    return NamedAction(known, Change(name, known.name, word.relation, _verb_evidence(name, word)))
+
+
+
+
+def _actions_called(word: str, scene: Scene) -> set[str]:
+    actions = scene.domain.actions.values()
+    return {known.name for known in actions if word in (known.name, known.verb)}
+
+
+
+
+def _verb_evidence(name: str, word: Related) -> str:
+    said, other = name.replace("_", " "), word.word.replace("_", " ")
+    if word.relation == "synonym":
+        return f"WordNet: to {said} means to {other}"
+    way, broad = (said, other) if word.relation == "hypernym" else (other, said)
+    return f"WordNet: to {way} is a way to {broad}"
+
+
+def _unknown_action(name: str, scene: Scene) -> Finding:
+    near = near_actions(name, scene)
+    message = f"{name} is not an action of this robot"
+    if is_absent(scene.kg, name, "action"):
+        message += ", as a person has said"
+    elif near:
+        message += f"; near it: {sentence_list(near)}"
+    return Finding("E101", message, name, candidates=tuple(near))
+
+
+def near_actions(name: str, scene: Scene) -> list[str]:
+    """Return names of actions near a name: related words first, then spelling."""
+    related = [
+        known
+        for word in scene.known.get(normal(name), ())
+        for known in sorted(_actions_called(word.word, scene))
+    ]
+    return list(dict.fromkeys([*related, *nearest(name, scene.domain.actions)]))[:5]

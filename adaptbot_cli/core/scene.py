@@ -1,0 +1,62 @@
+"""What a plan is looked at with: the graph, the task, the words, the names it uses."""
+
+from dataclasses import dataclass, field
+
+from rdflib import URIRef
+
+from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.names import normal, words
+from adaptbot_cli.core.plan import Call, Task
+from adaptbot_cli.core.words import Related
+
+
+@dataclass(slots=True)
+class Scene:
+    """Everything that judging one plan needs.
+
+    `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
+    `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed.
+    """
+
+    kg: Kg
+    task: Task
+    known: dict[str, tuple[Related, ...]] = field(default_factory=dict)
+    used: frozenset[str] = frozenset()
+    aside: frozenset[str] = frozenset()
+    drop: bool = True
+
+    @property
+    def domain(self) -> Domain:
+        """The domain of the graph."""
+        return self.kg.domain
+
+    def notice(self, calls: list[Call]) -> None:
+        """Take note of every name that a plan writes."""
+        self.used = frozenset(normal(arg) for call in calls for arg in call.args)
+
+    def requires(self, name: str) -> bool:
+        """Tell whether the task requires the item of this name."""
+        wanted = {normal(item) for item in self.task.required}
+        if normal(name) in wanted:
+            return True
+        entities = set(self.kg.find(name))
+        return any(entities & set(self.kg.find(item)) for item in wanted)
+
+    def uses(self, entity: URIRef) -> bool:
+        """Tell whether the plan names this entity by its own name."""
+        names = {normal(self.kg.name(entity)), *map(normal, self.kg.aliases(entity))}
+        return not names.isdisjoint(self.used)
+
+    def is_product(self, name: str) -> bool:
+        """Tell whether a name means what the task makes, not a thing of the home."""
+        parts = set(words(name)) - self.domain.fillers
+        made = set(words(self.task.name)) - self.domain.fillers
+        return bool(parts) and (bool(parts & self.domain.products) or parts <= made)
+
+    def sets_aside(self, name: str, subject: str) -> bool:
+        """Tell whether the steps with this name are to be dropped, if dropping is allowed."""
+        if not self.drop or (subject == "item" and self.requires(name)):
+            return False
+        return normal(name) in self.aside or is_absent(self.kg, name, subject)

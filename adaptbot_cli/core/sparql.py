@@ -1,0 +1,81 @@
+"""Small readings of trusted SPARQL text from a domain pack. Nothing a model wrote comes here."""
+
+import re
+from functools import lru_cache
+
+from rdflib import Graph, URIRef
+
+_SKIP = r"<[^<>\s]*>|\"\"\".*?\"\"\"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[^\n]*"
+_PREFIX = re.compile(r"PREFIX\s+(\w*):\s*<([^>]*)>")
+_TOKEN = re.compile(rf"({_SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
+
+
+def prefixed(graph: Graph, text: str) -> str:
+    """Return the PREFIX lines for those prefixes of `graph` that `text` uses."""
+    used = {match[2] for match in _TOKEN.finditer(text) if match[2]}
+    spaces = {prefix: str(iri) for prefix, iri in graph.namespaces() if prefix in used}
+    return "".join(f"PREFIX {prefix}: <{spaces[prefix]}> " for prefix in sorted(spaces))
+
+
+def mentions(query: str) -> frozenset[URIRef]:
+    """Return every IRI that a query with PREFIX lines names by a prefix."""
+    spaces = dict(_PREFIX.findall(query))
+    found = {
+        URIRef(spaces[match[2]] + match[3])
+        for match in _TOKEN.finditer(query)
+        if match[2] in spaces
+    }
+    return frozenset(found)
+
+
+def split_update(text: str) -> tuple[str, str, str]:
+    """Split `DELETE {…} INSERT {…} WHERE {…}` into the insides of its three groups.
+
+    DELETE or INSERT may be missing.
+
+    Raises:
+        ValueError: the text has another form; the message completes "ab:effect …".
+    """
+    parts: dict[str, str] = {}
+    keyword, depth, start = "", 0, 0
+    for match in _TOKEN.finditer(text):
+        brace, word = match[4], (match[5] or "").upper()
+        if brace == "{":
+            start = match.end() if depth == 0 else start
+            depth += 1
+        elif brace == "}":
+            depth -= 1
+            if depth == 0:
+                parts[keyword] = text[start : match.start()].strip()
+        elif depth == 0 and word:
+            keyword = word
+    if depth or "WHERE" not in parts or not parts.keys() & {"DELETE", "INSERT"}:
+        raise ValueError("must be a SPARQL update of the form DELETE {…} INSERT {…} WHERE {…}")
+    if parts.keys() - {"DELETE", "INSERT", "WHERE"}:
+        raise ValueError("may only have DELETE, INSERT and WHERE")
+    return parts.get("DELETE", ""), parts.get("INSERT", ""), parts["WHERE"]
+
+
+def bindable(query: str) -> str:
+    """Return an equal query in which every variable can be bound from outside.
+
+    The engine binds only variables that a query projects; one that stands in a FILTER alone, such
+    as the robot in "nothing is in the robot's hand", would be refused.
+    """
+    body = query.index("{")
+    names = " ".join(f"?{name}" for name in sorted(variables(query[body:])))
+    if re.search(r"\bSELECT\b", query[:body]):
+        head = query[:body]
+        missing = [name for name in names.split() if not re.search(rf"\{name}\b", head)]
+        where = re.search(r"\bWHERE\s*$", head)
+        cut = where.start() if where else len(head)
+        return f"{head[:cut]} {' '.join(missing)} {head[cut:]}{query[body:]}"
+    if not names:
+        return query
+    return f"{query[:body]}{{ SELECT {names} WHERE {query[body:]} }}"
+
+
+@lru_cache(maxsize=1024)
+def variables(query: str) -> frozenset[str]:
+    """Return the names of the variables in a query, so that only those are bound."""
+    return frozenset(re.findall(r"\?(\w+)", query))

@@ -1,0 +1,253 @@
+"""What can be said of one call without running it: its action, arguments, kinds, attributes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from rdflib import Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core import resolve
+from adaptbot_cli.core.domain import Action, AttributeRequirement, Parameter
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.plan import Call, Change, Finding
+from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.terms import local
+
+
+@dataclass(frozen=True, slots=True)
+class Sound:
+    """A call as understood: what it is bound to, or the findings that prevent that.
+
+    `states` are states that the call's wording implies of its items; `dropped` is the name for
+    whose sake the step is dropped, if it is.
+    """
+
+    call: Call
+    bound: Bound | None
+    changes: tuple[Change, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    states: tuple[tuple[URIRef, URIRef], ...] = ()
+    dropped: str = ""
+
+
+def understand(call: Call, scene: Scene) -> Sound:
+    """Resolve a call's names by the remedies and check what holds of them at any time."""
+    aside = _aside(call, scene)
+    if aside:
+        return Sound(call, None, dropped=aside)
+    named = resolve.action(call.action, scene)
+    if named.action is None:
+        findings = (named.finding, *_argument_findings(call, scene))
+        return Sound(call, None, findings=tuple(f for f in findings if f))
+    action, kind_change = _of_the_items_kind(named.action, call, scene)
+    changes = tuple(change for change in (named.change, kind_change) if change)
+    sound = _bind(action, call, scene, changes)
+    if named.fixed is not None and sound.bound is not None:
+        values = {**sound.bound.values, named.fixed.parameter: named.fixed.value}
+        sound = replace(sound, bound=Bound(action, values))
+        sound = replace(sound, call=render(Bound(action, values), scene.kg))
+    return sound
+
+
+def _aside(call: Call, scene: Scene) -> str:
+    if scene.sets_aside(call.action, "action"):
+        return call.action
+    return next((arg for arg in call.args if scene.sets_aside(arg, "item")), "")
+
+
+def _argument_findings(call: Call, scene: Scene) -> Iterator[Finding]:
+    """What is unknown among the arguments of an unknown action."""
+    things = tuple(scene.domain.kinds)
+    for arg in call.args:
+        if _number(arg) is None:
+            named = resolve.item(arg, things, scene)
+            if named.finding is not None:
+                yield named.finding
+
+
+def _of_the_items_kind(
+    action: Action, call: Call, scene: Scene
+) -> tuple[Action, Change | None]:
+    """The action of the same family that takes the kind of thing that the first item is."""
+    if not action.family or not call.args or not action.parameters:
+        return action, None
+    entity = resolve.item(call.args[0], action.parameters[0].classes, scene).entity
+    if entity is None or scene.kg.is_a(entity, action.parameters[0].classes):
+        return action, None
+    for other in scene.domain.actions.values():
+        if other.family == action.family and scene.kg.is_a(entity, other.parameters[0].classes):
+            why = f"{scene.kg.name(entity)} is a {scene.kg.kind_label(entity)}"
+            return other, Change(action.name, other.name, "kind", why)
+    return action, None
+
+
+def _bind(action: Action, call: Call, scene: Scene, changes: tuple[Change, ...]) -> Sound:
+    values: dict[str, Node] = {}
+    findings: list[Finding] = []
+    found_changes = list(changes)
+    states: list[tuple[URIRef, URIRef]] = []
+    slots = list(action.visible)
+    for arg in call.args:
+        read = _argument(arg, slots, scene)
+        if read is None:
+            findings.append(_too_many(action, call))
+            break
+        slots = slots[slots.index(read.parameter) + 1 :]
+        if read.finding is not None:
+            findings.append(read.finding)
+        if read.value is not None:
+            values[read.parameter.name] = read.value
+        if read.named.change is not None and read.named.change not in found_changes:
+            found_changes.append(read.named.change)
+        states += [(read.named.entity, p) for p in read.named.states if read.named.entity]
+    findings += _too_few(action, slots, call)
+    bound = Bound(action, values)
+    findings += attribute_findings(bound, scene.kg)
+    if findings:
+        return Sound(call, None, tuple(found_changes), tuple(dict.fromkeys(findings)))
+    proper = render(bound, scene.kg)
+    return Sound(proper, bound, tuple(found_changes), states=tuple(states))
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """One argument as read for one parameter."""
+
+    parameter: Parameter
+    value: Node | None
+    named: resolve.Named
+    finding: Finding | None
+
+
+def _argument(arg: str, slots: list[Parameter], scene: Scene) -> _Read | None:
+    """Read an argument for the first open parameter that it fits, or for the first at all."""
+    if not slots:
+        return None
+    first = _read(arg, slots[0], scene)
+    if first.finding is None or not (slots[0].optional or slots[0].default):
+        return first
+    others = (_read(arg, slot, scene) for slot in slots[1:])
+    return next((read for read in others if read.finding is None), first)
+
+
+def _read(arg: str, parameter: Parameter, scene: Scene) -> _Read:
+    if parameter.datatype is not None:
+        return _read_value(arg, parameter, scene)
+    named = resolve.item(arg, parameter.classes, scene)
+    finding = named.finding
+    if named.entity is not None and not scene.kg.is_a(named.entity, parameter.classes):
+        finding = _wrong_kind(arg, named.entity, parameter, scene)
+    return _Read(parameter, named.entity, named, finding)
+
+
+def _read_value(arg: str, parameter: Parameter, scene: Scene) -> _Read:
+    """Read a number or a word; what is neither is a placeholder if the domain has a default."""
+    value = _value(arg, parameter)
+    if value is not None:
+        return _Read(parameter, value, resolve.Named(), None)
+    default = scene.kg.first(parameter.default, parameter.name, {}) if parameter.default else None
+    if default is None:
+        return _Read(parameter, None, resolve.Named(), _no_value(arg, parameter))
+    why = f'"{arg}" says no number of {parameter.name}'
+    change = Change(arg, str(default), "default", why)
+    return _Read(parameter, default, resolve.Named(change=change), None)
+
+
+def _value(arg: str, parameter: Parameter) -> Node | None:
+    if parameter.words:
+        return parameter.words.get(normal(arg))
+    number = _number(arg)
+    return None if number is None else Literal(number, datatype=parameter.datatype)
+
+
+def _number(arg: str) -> str | None:
+    """The number that an argument starts with: "35", "35min" and "35 minutes" are 35."""
+    digits = arg.strip().rstrip("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ. ")
+    plain = digits.replace(".", "", 1)
+    return digits if plain.isascii() and plain.isdigit() else None
+
+
+def _no_value(arg: str, parameter: Parameter) -> Finding:
+    if parameter.words:
+        options = " or ".join(parameter.words)
+        return Finding("E103", f'"{arg}" is not {options}', arg, candidates=tuple(parameter.words))
+    return Finding("E103", f'"{arg}" is not a number of {parameter.name}', arg)
+
+
+def _wrong_kind(arg: str, entity: URIRef, parameter: Parameter, scene: Scene) -> Finding:
+    kinds = [scene.domain.kinds[c].label for c in parameter.classes if c in scene.domain.kinds]
+    name, label = scene.kg.name(entity), scene.kg.kind_label(entity)
+    message = f"{name} is a {label}, not a {' or '.join(kinds)}"
+    near = resolve.near_items(arg, parameter.classes, scene)
+    return Finding("E202", message, name, candidates=tuple(near))
+
+
+def _too_many(action: Action, call: Call) -> Finding:
+    most = len(action.visible)
+    return Finding("E102", f"{action.name} takes at most {most}, not {len(call.args)}", action.name)
+
+
+def _too_few(action: Action, left: list[Parameter], call: Call) -> list[Finding]:
+    lacking = [p.name for p in left if not p.optional and not p.default]
+    if not lacking:
+        return []
+    return [Finding("E102", f"{action.name} needs {' and '.join(lacking)} as well", action.name)]
+
+
+def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
+    """Return the attribute requirements that do not hold, or are not known to hold."""
+    findings = []
+    for need in bound.action.attributes:
+        entity = bound.values.get(need.of)
+        if isinstance(entity, URIRef):
+            finding = _attribute(need, entity, bound, kg)
+            findings += [finding] if finding else []
+    return findings
+
+
+def _attribute(
+    need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg
+) -> Finding | None:
+    values = known_values(kg, entity, need.prop)
+    if need.value in values or (need.assume and not values):
+        return None
+    if values:
+        return Finding("E302", sentence(need.message, bound, kg), kg.name(entity))
+    label = kg.domain.properties[need.prop].label if need.prop in kg.domain.properties else ""
+    message = f"it is not known whether {kg.name(entity)} is {label or local(need.prop)}"
+    return Finding("E301", message, kg.name(entity), candidates=(local(need.prop),))
+
+
+def known_values(kg: Kg, entity: URIRef, prop: URIRef) -> set[Node]:
+    """Return the values of an attribute, those included that follow from another fact."""
+    values = set(kg.facts.objects(entity, prop))
+    if values or prop not in kg.domain.properties:
+        return values
+    implied = kg.domain.properties[prop].implied
+    return {i.value for i in implied if (entity, i.prop, i.equals) in kg.facts}
+
+
+def sentence(message: str, bound: Bound, kg: Kg) -> str:
+    """Fill the names of a step's items into a message of the domain."""
+    names = {p.name: f"a {p.name}" for p in bound.action.parameters}
+    names |= {name: kg.name(value) for name, value in bound.values.items()}
+    return message.format(**names)
+
+
+def render(bound: Bound, kg: Kg) -> Call:
+    """Write a bound action as a call with the home's own names."""
+    args = [_word(p, bound.values.get(p.name), kg) for p in bound.action.visible]
+    while args and args[-1] is None:
+        args.pop()
+    return Call(bound.action.name, tuple(arg or "" for arg in args))
+
+
+def _word(parameter: Parameter, value: Node | None, kg: Kg) -> str | None:
+    if value is None:
+        return None
+    words = [word for word, meaning in parameter.words.items() if meaning == value]
+    if words:
+        return words[0]
+    return kg.name(value) if isinstance(value, URIRef) else str(value)

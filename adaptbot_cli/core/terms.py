@@ -1,0 +1,27 @@
+"""The small vocabulary in which a domain pack tells the tool about its data."""
+
+from rdflib import Literal, Namespace, URIRef
+from rdflib.term import Node
+
+AB = Namespace("urn:adaptbot:")
+"""The tool's own vocabulary; every term is explained in docs/domains.md."""
+
+ATTRIBUTES: URIRef = AB.attribute
+"""The named graph G_k: what things are and can do (paper, III-A)."""
+
+STATES: URIRef = AB.state
+"""The named graph G_s: where things are and how they are now (paper, III-A)."""
+
+SCHEMA: URIRef = AB.schema
+"""The named graph of the domain's classes, which path queries need beside the facts."""
+
+Triple = tuple[Node, Node, Node]
+TRUE, FALSE = Literal(True), Literal(False)
+
+
+def local(node: Node) -> str:
+    """Return the last part of an IRI, or a literal's text: the short name people read."""
+    text = str(node)
+    if not isinstance(node, URIRef):
+        return text
+    return text.rsplit("#", 1)[-1].rsplit("/", 1)[-1].rsplit(":", 1)[-1] or text

@@ -1,0 +1,149 @@
+"""What the method asks of the world, and what the world answers: turns and replies.
+
+The method (`tutor.pursue`) is a generator: it yields a turn and is sent the reply. Whoever drives
+it performs each turn through a port below, so that a terminal, a script, a simulation and a
+replay are the same thing to the method.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.words import Related
+
+@dataclass(frozen=True, slots=True)
+class Propose:
+    """Ask the planner for a plan. `findings` and `previous` are those of the last try, if any."""
+
+    task: Task
+    attempt: int = 0
+    previous: str = ""
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """The planner's text, as it came, and what it cost."""
+
+    text: str
+    prompt_tokens: int = 0
+    completion_tokens: int = 0
+    cost_usd: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LookUp:
+    """Ask the lexicon about words, within word fields; verbs and nouns apart."""
+
+    words: tuple[str, ...]
+    fields: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """Tell what the checks found in the plan and what the remedies made of it."""
+
+    report: Report
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Ask the person one question."""
+
+    question: Question
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """Tell what an answer taught."""
+
+    lesson: Lesson
+
+
+@dataclass(frozen=True, slots=True)
+class Execute:
+    """Have the plan executed on a copy of G_s."""
+
+    report: Report
+
+
+@dataclass(frozen=True, slots=True)
+class Review:
+    """Show the person everything learned, before any of it is kept."""
+
+    lessons: tuple[Lesson, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Keep:
+    """Have what was learned committed, with where it came from."""
+
+    task: Task
+    lessons: tuple[Lesson, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The revision that holds what was learned, if the store has revisions."""
+
+    revision: str | None
+
+
+Turn = Propose | LookUp | Checked | Ask | Learned | Execute | Review | Keep
+
+
+class Planner(Protocol):
+    """Proposes generic plans: a model, the plan library or a transcript."""
+
+    name: str
+
+    def propose(self, turn: Propose) -> Proposal:
+        """Return a plan's text. Raises ModelError."""
+        ...
+
+
+class Human(Protocol):
+    """The person at the terminal, or what stands for one."""
+
+    def ask(self, question: Question) -> Answer:
+        """Return the answer, `LATER` if there is none."""
+        ...
+
+    def review(self, lessons: tuple[Lesson, ...]) -> bool:
+        """Tell whether what was learned may be kept."""
+        ...
+
+
+class Executor(Protocol):
+    """Carries out a plan: on a copy of G_s, or on a robot."""
+
+    def execute(self, report: Report) -> Outcome:
+        """Return how far the plan came."""
+        ...
+
+
+class Store(Protocol):
+    """Keeps what was learned."""
+
+    def keep(self, turn: Keep) -> Kept:
+        """Commit lessons. Raises KnowledgeError, changing nothing."""
+        ...
+
+
+class Observer(Protocol):
+    """Sees every turn with its reply: a screen, a transcript."""
+
+    def asked(self, turn: Turn) -> None:
+        """See a turn before it is performed."""
+        ...
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """See a turn with the reply that it got."""
+        ...
+
+
+Words = Mapping[str, tuple[Related, ...]]
