@@ -6,7 +6,8 @@ AdaptbotError            exit 1
 │   └── PackError        exit 4   an entry of a domain pack
 ├── ModelError           exit 5   the model, or the choice of one
 ├── ReplayError          exit 3   a transcript that no longer tells the same story
-└── LexiconError         exit 7   the word knowledge
+├── LexiconError         exit 7   the word knowledge
+└── Interrupted          exit 130 Ctrl-C
 """
 
 
@@ -48,3 +49,9 @@ class LexiconError(AdaptbotError):
     """The word knowledge is missing or damaged."""
 
     exit_code = 7
+
+
+class Interrupted(AdaptbotError):
+    """The person pressed Ctrl-C."""
+
+    exit_code = 130

@@ -4,13 +4,15 @@ import re
 from dataclasses import dataclass, field
 
 _WORD = re.compile(
-    r"(?:\}\s*)?(if|elif|else|unless|otherwise|for|while|repeat|try|except|finally|def)\b(?=[\s:,({]|\Z)",
+    r"(?:\}\s*)?(if|elif|else|unless|otherwise|for|while|repeat|try|except|finally|def)\b"
+    r"(?=[\s:,({]|\Z)",
     re.IGNORECASE,
 )
 _LOOP = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE)
 _THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
 _SENTENCE_END = re.compile(r"[.!?]\s+(?=[A-Z`])")
+_ENGLISH = ("unless", "otherwise", "repeat")
 _BRANCHES = ("if", "elif", "else", "unless", "otherwise")
 
 
@@ -55,6 +57,7 @@ class Blocks:
         """Name the condition that a line `indent` deep stands under, or nothing."""
         if self._open and self._fresh and not self._blank and indent <= self._open[-1][0]:
             # Models forget to indent. Running the body anyway would be the worse mistake.
+            self._fresh = False
             return self._open.pop()[1]
         self._leave(indent)
         self._fresh = False
@@ -74,35 +77,34 @@ def read_header(text: str, start: int, end: int, fenced: bool) -> Header | None:
     if match is None:
         return None
     word = match[1].lower()
-    code = fenced or match[1].islower()
-    colon, comma = _separators(text, match.end(), end)
+    # In prose the condition ends with its sentence.
+    sentence = None if fenced else _SENTENCE_END.search(text, match.end(), end)
+    until = sentence.start() if sentence else end
+    colon, comma = _separators(text, match.end(), until)
     if word == "for" and not _LOOP.match(text, match.end(), end):
         return None
-    if word not in _BRANCHES:
-        if not (code or word == "for") or (colon < 0 and not _braced(text, end)):
-            return None
-    return _header(text, match, end, colon, comma if not fenced else -1)
-
-
-def _header(text: str, word: re.Match[str], end: int, colon: int, comma: int) -> Header:
-    """Find where the condition ends and what it rules begins."""
-    body = _body(text, word, end, colon, comma)
+    if word in _ENGLISH and text[match.end() : match.end() + 1] == "(":
+        return None
+    # "While it boils:" is prose, and "repeat this until it is clean" rules no line below.
+    code = fenced or match[1].islower() or word == "for"
+    if word not in _BRANCHES and (not code or (colon < 0 and not _braced(text, end))):
+        return None
+    comma = -1 if fenced else comma
+    body = _body(text, match, until, colon, comma)
     # "If it is dirty, clean it first:" has said its piece; the lines below are the plan again.
-    opens = not text[body:end].strip(" {*_`\t") and not 0 <= comma < colon
-    until = end
-    if comma >= 0 and body == comma + 1:
-        sentence = _SENTENCE_END.search(text, body, end)
-        until = sentence.start() if sentence else end
-        opens = False
-    condition = text[word.start(1) : body].rstrip(" :,{\t")
-    return Header(condition or word[1], body, until, opens)
+    alone = until == end and not text[body:end].strip(" {*_`\t")
+    opens = alone and not 0 <= comma < max(body, colon)
+    condition = text[match.start(1) : body].rstrip(" :,{\t")
+    return Header(condition or match[1], body, until, opens)
 
 
 def _body(text: str, word: re.Match[str], end: int, colon: int, comma: int) -> int:
-    if colon >= 0:
+    """Find where the condition ends and what it rules begins."""
+    call_before_colon = comma >= 0 and text.find("(", comma, colon) >= 0
+    if colon >= 0 and not call_before_colon:
         return colon + 1
     then = _THEN.search(text, word.end(), end)
-    if then:
+    if then and not 0 <= comma < then.start() - 1:
         return then.end()
     if word[1].lower() in ("else", "try", "finally"):
         return word.end()

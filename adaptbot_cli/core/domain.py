@@ -7,6 +7,7 @@ from rdflib import URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.plan import Goal, Task
+from adaptbot_cli.core.terms import Triple
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,10 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable."""
+    """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable.
+
+    A model is told the names of the members of `prompted` kinds.
+    """
 
     iri: URIRef
     label: str
@@ -55,6 +59,7 @@ class Kind:
     order: int | None
     asks: tuple[URIRef, ...]
     starts: tuple[Start, ...]
+    prompted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +102,15 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """A SPARQL DELETE/INSERT … WHERE, as the two CONSTRUCT queries that give its triples."""
+    """A SPARQL DELETE/INSERT … WHERE, as the SELECT of its WHERE and the triples of its templates.
+
+    A `Variable` in a template stands for its value in each solution of the SELECT.
+    """
 
     update: str
-    deletes: str
-    inserts: str
+    select: str
+    deletes: tuple[Triple, ...]
+    inserts: tuple[Triple, ...]
     predicates: frozenset[URIRef] = frozenset()
 
 

@@ -124,13 +124,19 @@ class _Walk:
             finding = self._achieve(*self._state(entity, prop))
             if finding:
                 yield finding
+        needs = [
+            (aim_of(condition, bound, self.kg), sentence(condition.message, bound, self.kg))
+            for condition in bound.action.conditions
+        ]
         for _ in range(2):  # achieving a later condition may undo an earlier one: look twice
-            for condition in bound.action.conditions:
-                message = sentence(condition.message, bound, self.kg)
-                self._achieve(aim_of(condition, bound, self.kg), message)
-        for condition in bound.action.conditions:
-            if not holds(condition, bound, self.kg):
-                yield Finding("E401", sentence(condition.message, bound, self.kg), bound.action.name)
+            mark = self.kg.mark
+            unmet = [(aim, message) for aim, message in needs if self._achieve(aim, message)]
+            if self.kg.mark == mark:
+                break
+        else:
+            unmet = [(aim, message) for aim, message in needs if not aim.holds()]
+        for _, message in unmet:
+            yield Finding("E401", message, bound.action.name)
 
     def _state(self, entity: URIRef, prop: URIRef) -> tuple[Aim, str]:
         aim = Aim(lambda: (entity, prop, TRUE) in self.kg.facts, frozenset({prop}), {"it": entity})

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from adaptbot_cli.core.literals import Node, read_literal
 from adaptbot_cli.core.plan import Call
-from adaptbot_cli.core.scan import Item, keep_argument, read_args, shown
+from adaptbot_cli.core.scan import Item, conditional, keep_argument, read_args, shown
 
 Reader = Callable[[str], Sequence[Item]]
 """Reads the calls in a plain text; a string of a JSON plan may hold some."""
@@ -16,14 +16,15 @@ _ARGS = (
     "action_input",
 )  # fmt: skip
 _PLANS = {
-    "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls", "commands",
-    "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
+    "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
+    "commands", "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
 _CONDITIONS = ("if", "condition", "unless", "while")
 _REMARKS = {
-    "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment", "comments",
-    "description", "note", "notes", "explanation", "order", "purpose", "status", *_CONDITIONS,
+    "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment",
+    "comments", "description", "note", "notes", "explanation", "order", "purpose", "status",
+    *_CONDITIONS,
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true"}
 _LOOKED_AT = 50
@@ -37,7 +38,8 @@ def read_json(text: str, pos: int, read: Reader) -> tuple[list[Item], int]:
     node, end = read_literal(text, pos)
     items = list(_steps(node, text, read, planned=False))
     if node.end < 0 and items and not items[-1].code:
-        items.append(Item(end, "", code="P102", message=f"The JSON breaks off at {_rest(text, end)}."))
+        message = f"The JSON breaks off at {_rest(text, end)}."
+        items.append(Item(end, "", code="P102", message=message))
     return items, end
 
 
@@ -95,8 +97,7 @@ def _step(node: Node, text: str, read: Reader) -> Iterator[Item]:
         return
     condition = next((c for key, c in node.entries() if key in _CONDITIONS), None)
     if condition is not None and condition.text.lower() not in _EMPTY:
-        message = f"{_quoted(node, text)} is under the condition {shown(condition.text)}: only plain calls are run."
-        yield Item(node.start, _source(node, text), code="P103", message=message)
+        yield conditional(node.start, _source(node, text), condition.text)
         return
     values = node.get(*_ARGS)
     if "(" in name.text:
@@ -158,7 +159,8 @@ def _source(node: Node, text: str) -> str:
 
 
 def _quoted(node: Node, text: str) -> str:
-    return shown(text[node.start : node.end] if node.end >= 0 else text[node.start : node.start + 200])
+    end = node.end if node.end >= 0 else node.start + 200
+    return shown(text[node.start : end])
 
 
 def _rest(text: str, end: int) -> str:

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef
+from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
+from rdflib.namespace import NamespaceManager
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Domain, Effect
@@ -37,13 +38,17 @@ class Kg:
     domain: Domain
     facts: Dataset
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
+    _proper: dict[Node, str] = field(default_factory=dict)
     _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     _log: list[Delta] | None = None
 
     @classmethod
     def load(cls, domain: Domain, attributes: Iterable[Triple], states: Iterable[Triple]) -> "Kg":
         """Build a graph from the facts of G_k and G_s."""
-        kg = cls(domain, Dataset(store="Oxigraph", default_union=True))
+        facts = Dataset(store="Oxigraph", default_union=True)
+        # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
+        facts.namespace_manager = NamespaceManager(facts, bind_namespaces="none")
+        kg = cls(domain, facts)
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg.graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
@@ -102,11 +107,10 @@ class Kg:
 
     def name(self, entity: Node) -> str:
         """Return an entity's name, or the end of its IRI."""
-        for predicate in self.domain.name_properties():
-            value = self.value(entity, predicate)
-            if value is not None:
-                return str(value)
-        return local(entity)
+        if entity not in self._proper:
+            values = (self.value(entity, predicate) for predicate in self.domain.name_properties())
+            self._proper[entity] = next((str(v) for v in values if v is not None), local(entity))
+        return self._proper[entity]
 
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
@@ -138,16 +142,13 @@ class Kg:
         """Return what an effect would change now, without changing it."""
         if effect is None:
             return Delta()
-        removed = self._triples(effect.deletes, bindings)
-        added = self._triples(effect.inserts, bindings)
+        rows = [{**bindings, **row} for row in self.rows(effect.select, bindings)]
+        removed = set(_filled(effect.deletes, rows))
+        added = set(_filled(effect.inserts, rows))
         return Delta(
             frozenset(t for t in removed - added if t in self.facts),
             frozenset(t for t in added if t not in self.facts),
         )
-
-    def _triples(self, construct: str, bindings: Bindings) -> set[Triple]:
-        graph = self.facts.query(construct, initBindings=_used(construct, bindings)).graph
-        return set(graph) if graph is not None else set()
 
     def apply(self, delta: Delta) -> None:
         """Change the graph; inside a `rehearsal` the change is taken back at its end."""
@@ -184,6 +185,7 @@ class Kg:
         """Change the graph for good and forget what was worked out from the old one."""
         self.apply(delta)
         self._names.clear()
+        self._proper.clear()
         self._classes.clear()
 
     def _write(self, removed: Iterable[Triple], added: Iterable[Triple]) -> None:
@@ -197,6 +199,17 @@ class Kg:
         facts = [t for name in (ATTRIBUTES, STATES) for t in self.graph(name)]
         counted = {t for t in facts if not t[1].startswith(str(AB))}
         return len({t[0] for t in counted}), len(counted)
+
+
+def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Triple]:
+    """The triples of a template with its variables filled in; a triple with an empty one is left out."""
+    for row in rows:
+        for triple in template:
+            subject, predicate, value = (
+                row.get(str(node)) if isinstance(node, Variable) else node for node in triple
+            )
+            if subject is not None and predicate is not None and value is not None:
+                yield subject, predicate, value
 
 
 def _used(query: str, bindings: Bindings) -> dict[str, Node]:

@@ -44,11 +44,16 @@ def is_absent(kg: Kg, name: str, subject: str) -> bool:
     return (kg.domain.iri, predicate, Literal(normal(name))) in kg.facts
 
 
-def entity_iri(kg: Kg, name: str) -> URIRef:
-    """Return a new entity's IRI: the domain's namespace and a safe, readable, unused end."""
+def safe_name(name: str) -> str:
+    """Return a name's letters and digits, for an IRI or a file: never empty, never long."""
     safe = "".join(c if c.isalnum() and c.isascii() else "_" for c in normal(name)).strip("_")
     base = (safe or "thing")[:60]
-    base = base if base[0].isalpha() else f"n_{base}"
+    return base if base[0].isalpha() else f"n_{base}"
+
+
+def entity_iri(kg: Kg, name: str) -> URIRef:
+    """Return a new entity's IRI: the domain's namespace and a safe, readable, unused end."""
+    base = safe_name(name)
     candidates = (base if n == 1 else f"{base}_{n}" for n in range(1, 10_000))
     taken = (URIRef(kg.domain.namespace + end) for end in candidates)
     return next(iri for iri in taken if (iri, None, None) not in kg.facts)

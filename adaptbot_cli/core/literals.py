@@ -10,7 +10,7 @@ from adaptbot_cli.core.scan import unescape
 Kind = Literal["string", "word", "list", "map"]
 
 _DEPTH = 40
-_TOKENS = 100_000
+_TOKENS = 50_000
 _TOKEN = re.compile(
     r"(?:\s|//[^\n]*|\#[^\n]*)*+(?:"
     r"([\[{])|([\]}])|([,:])"

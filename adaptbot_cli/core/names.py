@@ -3,8 +3,10 @@
 import re
 from collections.abc import Iterable, Sequence
 from difflib import SequenceMatcher
+from functools import lru_cache
 
 
+@lru_cache(maxsize=4096)
 def normal(name: str) -> str:
     """Return the name in small letters with single underscores: "Cutting-Board " is cutting_board."""
     text = name.strip().lower().replace("\u2019", "'")

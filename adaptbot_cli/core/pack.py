@@ -23,7 +23,14 @@ from adaptbot_cli.core.domain import (
 )
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Goal, Task
-from adaptbot_cli.core.sparql import bindable, mentions, prefixed, split_update, variables
+from adaptbot_cli.core.sparql import (
+    bindable,
+    mentions,
+    prefixed,
+    split_update,
+    template,
+    variables,
+)
 from adaptbot_cli.core.terms import AB, local
 from adaptbot_cli.errors import PackError
 
@@ -175,6 +182,7 @@ def _kind(entry: _Entry) -> Kind:
         order=entry.number(AB.kindOrder),
         asks=tuple(part.node for part in entry.listed(AB.asks)),
         starts=tuple(_start(part) for part in entry.parts(AB.starts)),
+        prompted=entry.flag(AB.prompted),
     )
 
 
@@ -297,16 +305,15 @@ def _effect(entry: _Entry) -> Effect | None:
         deletes, inserts, where = split_update(text)
     except ValueError as problem:
         raise entry.fail(f"ab:effect {problem}") from None
-    construct = "{prefixes}CONSTRUCT {{ {template} }} WHERE {{ SELECT {names} WHERE {{ {where} }} }}"
     names = " ".join(f"?{name}" for name in sorted(variables(text)))
-    queries = [
-        construct.format(prefixes=prefixes, template=template, names=names, where=where)
-        for template in (deletes, inserts)
-    ]
-    for query in queries:
-        _valid(entry, query, "ab:effect")
+    select = f"{prefixes}SELECT {names or '*'} WHERE {{ {where} }}"
+    _valid(entry, select, "ab:effect")
+    try:
+        templates = template(prefixes, deletes), template(prefixes, inserts)
+    except ValueError as problem:
+        raise entry.fail(f"ab:effect is no valid SPARQL: {problem}") from None
     changed = mentions(prefixes + deletes) | mentions(prefixes + inserts)
-    return Effect(text.strip(), queries[0], queries[1], changed | _bound_predicates(prefixes, where))
+    return Effect(text.strip(), select, *templates, changed | _bound_predicates(prefixes, where))
 
 
 def _bound_predicates(prefixes: str, where: str) -> frozenset[URIRef]:

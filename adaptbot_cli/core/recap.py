@@ -9,7 +9,7 @@ from adaptbot_cli.core.plan import Finding, Written
 from adaptbot_cli.core.scan import shown
 
 SEPARATED, LABELLED, WHOLE, RECAP = 1, 2, 3, 4
-"""What stands before a call: other text; a heading that may announce, or announces, a repetition."""
+"""What stands before a call: any other text, or a heading that hints at a repetition."""
 
 # How much of the first telling a repetition under such a heading must cover to be one.
 _COVERS = {LABELLED: 0.8, WHOLE: 0.5, RECAP: 0.0}
@@ -72,7 +72,9 @@ def without_repeats(
     return _without_copies(telling, gaps)
 
 
-def _without_labelled(whole: _Telling, gaps: Mapping[int, int]) -> tuple[_Telling, tuple[Finding, ...]]:
+def _without_labelled(
+    whole: _Telling, gaps: Mapping[int, int]
+) -> tuple[_Telling, tuple[Finding, ...]]:
     total = len(whole.calls)
     labels = sorted(i for i, gap in gaps.items() if gap >= LABELLED and 0 < i < total)
     bounds = [*labels[:_MOST_LABELS], total]
@@ -95,7 +97,9 @@ def _without_labelled(whole: _Telling, gaps: Mapping[int, int]) -> tuple[_Tellin
     return kept, tuple(findings)
 
 
-def _without_copies(whole: _Telling, gaps: Mapping[int, int]) -> tuple[tuple[Written, ...], tuple[Finding, ...]]:
+def _without_copies(
+    whole: _Telling, gaps: Mapping[int, int]
+) -> tuple[tuple[Written, ...], tuple[Finding, ...]]:
     """Drop exact copies of the whole plan, announced or not, that other text keeps apart."""
     total = len(whole.keys)
     for size in range(_FEWEST, total // 2 + 1):
@@ -121,7 +125,8 @@ def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
     fuller = bool(extra) and common_in_order(first.keys, again.keys) == len(first.keys)
     kept, dropped = (again, first) if fuller else (first, again)
     place = again.calls[0]
-    message = f"The plan is repeated from line {place.line}: run once, leaving out {dropped.lines()}"
+    message = f"The plan is repeated from line {place.line}: run once"
+    message += f", leaving out {dropped.lines()}"
     if extra:
         added = [w.source for w in again.calls if _key(w) in extra][:3]
         message += f"; the repetition adds {', '.join(map(shown, added))}"

@@ -9,8 +9,10 @@ SHOWN = 60
 """How many characters of a source a message quotes."""
 
 _NAME_LIMIT = 100
+_MOST_ARGS = 500
 _CLOSING = {
-    '"': '"', "'": "'", "`": "`", "“": "”\"“", "”": "”\"", "„": "“”\"", "‘": "’'", "’": "’'", "«": "»",
+    '"': '"', "'": "'", "`": "`", "‘": "’'", "’": "’'",
+    "“": '”"“', "”": '”"', "„": '“”"', "«": "»",
 }  # fmt: skip
 _APOSTROPHES = "'’"
 _SPACE = re.compile(r"[^\S\n]*")
@@ -28,13 +30,13 @@ _BREAK = re.compile(
 )
 
 _UNCLOSED = "the parenthesis is never closed"
-_UNCLOSED_QUOTE = "the quote is never closed"
+UNCLOSED_QUOTE = "the quote is never closed"
 _NESTED = "there is a call inside the call"
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """Something found at offset `start` of a text: a call or, with a `code`, what is wrong there."""
+    """Something found at the offset `start` of a text: a call, or what is wrong there by `code`."""
 
     start: int
     source: str
@@ -58,6 +60,14 @@ def shown(source: str) -> str:
     line = " ".join(source[: 4 * SHOWN].split())
     safe = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
     return f"`{safe if len(safe) <= SHOWN else safe[: SHOWN - 3] + '...'}`"
+
+
+def conditional(start: int, source: str, condition: str) -> Item:
+    """Report a call that only runs under a condition."""
+    message = (
+        f"{shown(source)} is under the condition {shown(condition)}: only plain calls are run."
+    )
+    return Item(start, source, code="P103", message=message)
 
 
 def name_before(text: str, paren: int, floor: int) -> tuple[int, str] | None:
@@ -91,7 +101,7 @@ def read_args(text: str, pos: int) -> Reading:
     """
     args: list[str] = []
     quoted = False
-    while True:
+    for _ in range(_MOST_ARGS):
         pos = _gap(text, pos)
         char = text[pos : pos + 1]
         if char == ")":
@@ -107,6 +117,7 @@ def read_args(text: str, pos: int) -> Reading:
             return Reading((), arg.end, quoted, arg.error)
         args += arg.args
         pos = arg.end
+    return Reading((), pos, quoted, "it has hundreds of arguments")
 
 
 def swallow(text: str, pos: int) -> int:
@@ -148,7 +159,7 @@ def _argument(text: str, pos: int) -> Reading:
 def _quoted(text: str, pos: int) -> Reading:
     match = _STRINGS[text[pos]].match(text, pos)
     if match is None:
-        return Reading((), pos, True, _UNCLOSED_QUOTE)
+        return Reading((), pos, True, UNCLOSED_QUOTE)
     error = _after(text, match.end(), "")
     return Reading((unescape(match[1]).strip(),), match.end(), True, error)
 

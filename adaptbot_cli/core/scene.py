@@ -59,4 +59,5 @@ class Scene:
         """Tell whether the steps with this name are to be dropped, if dropping is allowed."""
         if not self.drop or (subject == "item" and self.requires(name)):
             return False
-        return normal(name) in self.aside or is_absent(self.kg, name, subject)
+        known = normal(name) in self.domain.actions if subject == "action" else self.kg.find(name)
+        return normal(name) in self.aside or (not known and is_absent(self.kg, name, subject))

@@ -3,10 +3,14 @@
 import re
 from functools import lru_cache
 
-from rdflib import Graph, URIRef
+from rdflib import BNode, Graph, URIRef, Variable
+from rdflib.term import Node
+
+from adaptbot_cli.core.terms import Triple
 
 _SKIP = r"<[^<>\s]*>|\"\"\".*?\"\"\"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[^\n]*"
 _PREFIX = re.compile(r"PREFIX\s+(\w*):\s*<([^>]*)>")
+_VARIABLE = "urn:adaptbot:variable:"
 _TOKEN = re.compile(rf"({_SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
 
 
@@ -54,6 +58,37 @@ def split_update(text: str) -> tuple[str, str, str]:
     if parts.keys() - {"DELETE", "INSERT", "WHERE"}:
         raise ValueError("may only have DELETE, INSERT and WHERE")
     return parts.get("DELETE", ""), parts.get("INSERT", ""), parts["WHERE"]
+
+
+def template(prefixes: str, text: str) -> tuple[Triple, ...]:
+    """Read the triples of a DELETE or INSERT group, with a `Variable` wherever it has one.
+
+    Such a group is Turtle but for its variables, so it is read as Turtle.
+
+    Raises:
+        ValueError: the text is no such group; the message says what is wrong.
+    """
+
+    def named(match: re.Match[str]) -> str:
+        return match[1] or f"<{_VARIABLE}{match[2]}>"
+
+    turtle = re.sub(rf"({_SKIP})|\?(\w+)", named, text.strip(), flags=re.DOTALL)
+    stop = "" if turtle.endswith(".") or not turtle else " ."
+    graph = Graph(bind_namespaces="none")
+    try:
+        graph.parse(data=f"{prefixes}{turtle}{stop}", format="ox-turtle")
+    except SyntaxError as problem:
+        raise ValueError(" ".join(str(problem).split())) from None
+    found = sorted((_variable(s), _variable(p), _variable(o)) for s, p, o in graph)
+    if any(isinstance(node, BNode) for triple in found for node in triple):
+        raise ValueError("a group of triples may hold no blank node")
+    return tuple(found)
+
+
+def _variable(node: Node) -> Node:
+    if isinstance(node, URIRef) and node.startswith(_VARIABLE):
+        return Variable(node.removeprefix(_VARIABLE))
+    return node
 
 
 def bindable(query: str) -> str:

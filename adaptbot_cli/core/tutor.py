@@ -16,6 +16,7 @@ from adaptbot_cli.core.plan import Finding, Parsed, Task
 from adaptbot_cli.core.questions import LATER, Answer, Question
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.tasks import with_told
 from adaptbot_cli.core.turns import (
     Ask,
     Checked,
@@ -58,6 +59,7 @@ def pursue(task: Task, kg: Kg, parse: Parse, policy: Policy = "tutor", replans: 
     before = kg.size()
     run = Run(kg, task, parse, Scene(kg, task), policy)
     text = yield from _propose(run, Propose(task))
+    run.task = run.scene.task = with_told(task, parse(text), kg)
     report = yield from _examine(run, text)
     if policy == "tutor":
         report = yield from _ask(run, report, required_only=True)
@@ -188,3 +190,16 @@ def _keep(run: Run) -> Generator[Turn, Any, str | None]:
         return None
     kept: Kept = yield Keep(run.task, lessons)
     return kept.revision
+
+
+def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:
+    """Check a plan's text without model or human, and return the `Result`.
+
+    Nothing is dropped: what is not there is reported, whether the goal needs it or not.
+    """
+    scene = Scene(kg, task, drop=False)
+    run = Run(kg, task, parse, scene)
+    report = yield from _examine(run, text)
+    outcome = (yield Execute(report)) if report.executable else None
+    size = kg.size()
+    return Result(report, outcome, run.usage, sizes=(size, size))

@@ -1,23 +1,30 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
 import io
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pyoxigraph
 from oxrdflib._converter import from_ox
-from rdflib import Graph
+from rdflib import RDF, RDFS, Graph
 
+from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.pack import Sources, read_domain
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import AB, Triple
 from adaptbot_cli.errors import KnowledgeError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
 FACT_FILES = ("attributes.ttl", "state.ttl")
 
 
-def load_kg(files: dict[str, bytes], where: str) -> Kg:
+def load_kg(
+    files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | None = None
+) -> Kg:
     """Build the graph of a domain from the bytes of its five files.
+
+    With `instead`, the facts are these triples, split by the domain's properties, and not those
+    of the files.
 
     Raises:
         KnowledgeError: a file is missing or is no valid Turtle; the message names file and line.
@@ -30,8 +37,38 @@ def load_kg(files: dict[str, bytes], where: str) -> Kg:
     domain = read_domain(
         Sources(graphs["domain.ttl"], graphs["actions.ttl"], graphs["tasks.ttl"])
     )
+    if instead is not None:
+        return Kg.load(domain, *split(instead, domain))
     facts = [triples(files[name], f"{where}/{name}") for name in FACT_FILES]
     return Kg.load(domain, facts[0], facts[1])
+
+
+def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[Triple]]:
+    """Split one graph into G_k and G_s; declarations and unknown predicates are left out."""
+    attributes: list[Triple] = []
+    states: list[Triple] = []
+    for triple in facts:
+        prop = domain.properties.get(triple[1])  # type: ignore[call-overload]
+        if prop is not None and prop.graph == "state":
+            states.append(triple)
+        elif prop is not None or triple[1] == AB.alias or triple[2] in domain.kinds:
+            attributes.append(triple)
+    declared = {t[0] for t in facts if t[1] == RDF.type and t[2] in (RDFS.Class, RDF.Property)}
+    return [t for t in attributes if t[0] not in declared], states
+
+
+def read_graphs(paths: Sequence[Path]) -> list[Triple] | None:
+    """Return the triples of some Turtle files, None if none is named. Raises KnowledgeError."""
+    if not paths:
+        return None
+    return [triple for path in paths for triple in triples(_bytes(path), str(path))]
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
 
 
 def read_files(folder: Path) -> dict[str, bytes]:

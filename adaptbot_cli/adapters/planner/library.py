@@ -1,0 +1,116 @@
+"""The plan library: generic, hand-written plans, adapted to a task's own ingredients."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import yaml
+
+from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.names import singulars, words
+from adaptbot_cli.core.turns import Proposal, Propose
+from adaptbot_cli.errors import ModelError, PackError
+
+_JINJA = jinja2.Environment(
+    undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LibraryPlan:
+    """One plan of the library: the names it serves, its usual ingredients, its template."""
+
+    path: Path
+    names: tuple[str, ...]
+    base: tuple[str, ...]
+    ingredients: tuple[str, ...]
+    roles: dict[str, list[str]]
+    body: str
+
+    def render(self, task: str, items: Iterable[str]) -> str:
+        """Write the plan for a task's items, one call a line. Raises PackError."""
+        try:
+            template = _JINJA.from_string(self.body)
+            return template.render(task=task, items=list(items), roles=self.roles)
+        except jinja2.TemplateError as error:
+            raise PackError(f"{self.path}: {error}") from error
+
+
+def read_library(folder: Path) -> list[LibraryPlan]:
+    """Read every plan of a folder, sorted by file name. Raises PackError."""
+    return [_read(path) for path in sorted(folder.glob("*.plan"))]
+
+
+def _read(path: Path) -> LibraryPlan:
+    parts = path.read_text(encoding="utf-8").split("---\n", 2)
+    if len(parts) != 3:
+        raise PackError(f"{path}: needs YAML between two lines of ---, then the plan")
+    try:
+        front: Any = yaml.safe_load(parts[1])
+        return LibraryPlan(
+            path,
+            tuple(map(str, front["names"])),
+            tuple(map(str, front.get("base", ()))),
+            tuple(map(str, front.get("ingredients", ()))),
+            {str(role): list(map(str, items)) for role, items in front.get("roles", {}).items()},
+            parts[2],
+        )
+    except (yaml.YAMLError, KeyError, AttributeError, TypeError) as error:
+        raise PackError(f"{path}: its front matter lacks or garbles {error}") from error
+
+
+def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
+    """Return the plan with the longest name whose words the task all has, and that name."""
+    said = _folded(task)
+    fitting = [
+        ((len(_folded(name)), len(name)), name, plan)
+        for plan in library
+        for name in plan.names
+        if _folded(name) <= said
+    ]
+    if not fitting:
+        return None
+    _, name, plan = max(fitting, key=lambda entry: entry[0])
+    return plan, name
+
+
+def _folded(text: str) -> frozenset[str]:
+    return frozenset((singulars(word) or (word,))[0] for word in words(text))
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """Plans without a model: the nearest plan of the library, with the task's own items."""
+
+    folder: Path
+    domain: Domain
+    name: str = "plan library"
+
+    def propose(self, turn: Propose) -> Proposal:
+        """Return the nearest plan's text. It says the same however often it is asked.
+
+        Raises:
+            ModelError: nothing in the library is near the task.
+        """
+        found = nearest_plan(turn.task.name, read_library(self.folder))
+        if found is None:
+            raise ModelError(
+                f'The plan library has nothing near "{turn.task.name}", and no model is configured. '
+                "Name one with --model (any litellm name, such as ollama/llama3.2 or gpt-4o), in "
+                "adaptbot.toml, in ADAPTBOT_MODEL, or set a provider's key such as OPENAI_API_KEY."
+            )
+        plan, name = found
+        return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)))
+
+    def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
+        """The task's items; of a task that is not listed, the usual ones and what its name adds."""
+        if turn.task.known:
+            return list(turn.task.required)
+        parts = {part for item in turn.task.required for part in words(item)}
+        passed = self.domain.fillers | parts | set(words(name))
+        extra = [word for word in words(turn.task.name) if not {word, *singulars(word)} & passed]
+        told = [*turn.task.required, *extra]
+        usual = plan.base if told and plan.base else plan.ingredients
+        return list(dict.fromkeys((*usual, *told)))

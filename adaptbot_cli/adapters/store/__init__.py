@@ -1,0 +1,1 @@
+"""The workspace's files and their versions: Turtle that git reads well, written all or nothing."""

@@ -1,0 +1,96 @@
+"""Tables of the knowledge graph for the terminal."""
+
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from adaptbot_cli.core.domain import Kind
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.view import Thing
+from adaptbot_cli.core.visible import visible
+
+
+def everything(kg: Kg, groups: list[tuple[Kind, list[Thing]]]) -> RenderableType:
+    """Show every thing under its class: where it is, what is true of it, its state."""
+    nodes, edges = kg.size()
+    parts: list[RenderableType] = []
+    for kind, things in groups:
+        parts += [_heading(kind, len(things)), _listing(kg, things), Text()]
+    parts.append(Text(f"{kg.domain.name}: {nodes} nodes, {edges} edges", "dim"))
+    return Group(*parts)
+
+
+def members(kg: Kg, kind: Kind, things: list[Thing]) -> RenderableType:
+    """Show the things of one class."""
+    return Group(_heading(kind, len(things)), _listing(kg, things))
+
+
+def _heading(kind: Kind, count: int) -> Text:
+    return Text.assemble((kind.label, "bold"), (f"  {count}", "dim"))
+
+
+def _listing(kg: Kg, things: list[Thing]) -> Table:
+    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 2), pad_edge=False)
+    table.add_column("name", no_wrap=True, max_width=32, overflow="ellipsis")
+    table.add_column("place", no_wrap=True, max_width=20, overflow="ellipsis")
+    table.add_column("is")
+    table.add_column("now")
+    for thing in things:
+        table.add_row(
+            Text(visible(thing.name)),
+            Text(visible(thing.place)),
+            Text(", ".join(_true(kg, thing.attributes))),
+            Text(", ".join(_true(kg, thing.states)), "green"),
+        )
+    return table
+
+
+def _true(kg: Kg, facts: dict[str, Any]) -> list[str]:
+    return [_label(kg, name) for name, value in facts.items() if value is True]
+
+
+def _label(kg: Kg, name: str) -> str:
+    found = (p.label for p in kg.domain.properties.values() if p.iri.endswith(f"/{name}"))
+    return next(found, name)
+
+
+def one(kg: Kg, thing: Thing) -> RenderableType:
+    """Show one thing with all its facts, and what is in or on it."""
+    title = Text.assemble((visible(thing.name), "bold"), (f"  {thing.kind}", "dim"))
+    parts: list[RenderableType] = [title]
+    if thing.aliases:
+        names = ", ".join(map(visible, thing.aliases))
+        parts.append(Text(f"also called {names}"))
+    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 2), pad_edge=False)
+    for column in ("fact", "value", "predicate"):
+        table.add_column(column)
+    for heading, facts in (("what it is", thing.attributes), ("how it is now", thing.states)):
+        if facts:
+            table.add_row(Text(heading, "bold"))
+        for name, value in facts.items():
+            table.add_row(Text(_label(kg, name)), _value(value), Text(name, "dim"))
+    parts.append(table)
+    if thing.holds:
+        parts.append(Text.assemble(("holds  ", "dim"), ", ".join(map(visible, thing.holds))))
+    return Group(*parts)
+
+
+def _value(value: Any) -> Text:
+    if isinstance(value, bool):
+        return Text("yes", "green") if value else Text("no", "dim")
+    return Text(visible(str(value)))
+
+
+def stats(kg: Kg, told: dict[str, Any]) -> RenderableType:
+    """Show the counts of a graph."""
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 2), pad_edge=False)
+    table.add_column(justify="left")
+    table.add_column(justify="right")
+    for name in ("nodes", "edges", "actions", "tasks"):
+        table.add_row(Text(name, "bold"), Text(str(told[name])))
+    labels = {kind.iri.rsplit("/", 1)[-1]: kind.label for kind in kg.domain.kinds.values()}
+    for name, count in told["classes"].items():
+        table.add_row(Text(labels.get(name, name)), Text(str(count)))
+    return Group(Text(kg.domain.name, "bold"), table)

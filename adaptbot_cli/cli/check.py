@@ -1,0 +1,67 @@
+"""`adaptbot check`: check a plan's text, without model or human."""
+
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    KgOption,
+    RequiresOption,
+    WorkspaceOption,
+    console,
+    domain_name,
+    items,
+    print_json,
+    workspace,
+)
+from adaptbot_cli.cli.run import exit_code
+
+
+def check(
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A file with a plan, or - for stdin.")],
+    domain: DomainOption = None,
+    kg: KgOption = None,
+    requires: RequiresOption = None,
+    task: Annotated[
+        str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
+    ] = "",
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Check a plan against this home: what does not fit, and what would mend it."""
+    from adaptbot_cli import session
+    from adaptbot_cli.core.tasks import task_for
+
+    home = workspace(workspace_dir)
+    text = read_plan(plan)
+    started = time.monotonic()
+    graph = session.load(home, domain_name(domain, home), kg or ())
+    result = session.check(text, task_for(task, graph, items(requires)), graph)
+    if json:
+        from adaptbot_cli.core.summary import summary
+
+        told = summary(result, graph, "text", (None, None))
+        told["usage"]["seconds"] = round(time.monotonic() - started, 3)
+        print_json(told)
+    else:
+        from adaptbot_cli.adapters.display import Screen
+
+        Screen(console(), graph, result.report.task, "").finish(result, None)
+    return exit_code(result)
+
+
+def read_plan(name: str) -> str:
+    """Read a plan's text from a file or stdin; bytes that are no UTF-8 are shown as such."""
+    from adaptbot_cli.errors import UsageError
+
+    if name == "-":
+        return sys.stdin.buffer.read().decode("utf-8", errors="replace")
+    try:
+        return Path(name).read_bytes().decode("utf-8", errors="replace")
+    except OSError as error:
+        raise UsageError(f"cannot read the plan {name}: {error.strerror}") from error

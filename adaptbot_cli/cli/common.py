@@ -1,0 +1,62 @@
+"""Options that several commands share, and the consoles they write to."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from adaptbot_cli.workspace import Workspace
+
+WorkspaceOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--workspace", metavar="DIR", help="The folder that holds this home's knowledge."
+    ),
+]
+DomainOption = Annotated[
+    str | None, typer.Option("--domain", metavar="NAME", help="The domain, such as kitchen.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+RequiresOption = Annotated[
+    str | None,
+    typer.Option("--requires", metavar="A,B,C", help="Items that the result must use."),
+]
+KgOption = Annotated[
+    list[Path] | None,
+    typer.Option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
+]
+
+
+def workspace(option: Path | None) -> "Workspace":
+    """Find the workspace that an option, the environment or the folder names."""
+    from adaptbot_cli.workspace import find
+
+    return find(option)
+
+
+def domain_name(option: str | None, home: "Workspace") -> str:
+    """Return the domain that is meant: as said, as configured, or the kitchen that comes along."""
+    return option or str(home.settings.get("domain") or "kitchen")
+
+
+def items(option: str | None) -> tuple[str, ...]:
+    """Split a list of items: "egg, salt"."""
+    return tuple(part.strip() for part in (option or "").split(",") if part.strip())
+
+
+def console(stderr: bool = False) -> "Console":
+    """Return a console on stdout, or on stderr."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False)
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON on stdout, alone."""
+    import json
+
+    sys.stdout.write(json.dumps(value, ensure_ascii=False, indent=2) + "\n")

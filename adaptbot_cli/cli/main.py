@@ -1,0 +1,81 @@
+"""The command `adaptbot`: its subcommands, and how errors reach the person."""
+
+import os
+import sys
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from adaptbot_cli import __version__
+from adaptbot_cli.cli import check, domain, kg, replay, run
+from adaptbot_cli.errors import AdaptbotError, Interrupted
+
+
+class _Commands(TyperGroup):
+    """Turns what a command returns into the exit code, and Ctrl-C into an error of ours."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            code = super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise Interrupted("interrupted; nothing was committed") from None
+        if code:
+            raise typer.Exit(code)
+        return code
+
+
+app = typer.Typer(
+    cls=_Commands,
+    name="adaptbot",
+    help="Turn a generic plan into one that this home can execute, and learn what is missing.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run")(run.run)
+app.command("check")(check.check)
+app.command("replay")(replay.replay)
+app.add_typer(kg.app, name="kg")
+app.add_typer(domain.app, name="domain")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"adaptbot {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an error.")
+    ] = False,
+) -> None:
+    """Hold the options of every command."""
+    # `main` has read --debug, wherever it stands; it is declared here for the help.
+
+
+def main() -> None:
+    """Run the command line: errors as sentences, exit codes as documented."""
+    arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
+    debug = len(arguments) < len(sys.argv) - 1
+    try:
+        app(args=arguments)
+    except BrokenPipeError:
+        # Whoever read our output has gone; there is nobody to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except AdaptbotError as error:
+        if debug:
+            raise
+        _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
+        raise SystemExit(error.exit_code) from None
+
+
+def _say(text: str) -> None:
+    from adaptbot_cli.core.visible import visible
+
+    typer.echo(visible(text), err=True)

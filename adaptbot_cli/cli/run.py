@@ -1,0 +1,105 @@
+"""`adaptbot run`: pursue a task."""
+
+import os
+import sys
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    RequiresOption,
+    WorkspaceOption,
+    console,
+    domain_name,
+    items,
+    print_json,
+    workspace,
+)
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.report import Result
+
+FINDINGS = 3
+
+
+class PolicyName(StrEnum):
+    """When the person is asked: early, or after all re-prompts as in the paper."""
+
+    tutor = "tutor"
+    paper = "paper"
+
+
+def run(
+    task: Annotated[str, typer.Argument(help='What to do, such as "make omelette".')],
+    domain: DomainOption = None,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Any litellm model, or `library` for no model."),
+    ] = None,
+    policy: Annotated[
+        PolicyName | None,
+        typer.Option(help="Ask about required items first, or re-prompt first as in the paper."),
+    ] = None,
+    replans: Annotated[
+        int | None,
+        typer.Option(min=0, max=20, metavar="N", help="How often to re-prompt at most (F_max)."),
+    ] = None,
+    no_human: Annotated[bool, typer.Option("--no-human", help="Ask nobody.")] = False,
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    requires: RequiresOption = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing.")] = False,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
+    ] = False,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
+    ] = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Plan a task, check it against this home, ask what is not known, and learn it."""
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.session import Request, build
+
+    if not task.strip():
+        raise UsageError('say what to do: adaptbot run "make omelette"')
+    home = workspace(workspace_dir)
+    request = Request(
+        task=task,
+        domain=domain_name(domain, home),
+        model=model,
+        policy=str(policy or home.settings.get("policy", "tutor")),  # type: ignore[arg-type]
+        replans=replans if replans is not None else int(home.settings.get("replans", 3)),
+        requires=items(requires),
+        ask=not no_human,
+        answers=answers,
+        dry_run=dry_run,
+        apply=apply,
+        record=record,
+    )
+    screen = console(stderr=json)
+    prompts = console(stderr=True) if sys.stdin.isatty() and sys.stderr.isatty() else None
+    started = time.monotonic()
+    with build(request, home, os.environ, screen, prompts) as session:
+        result = session.run()
+        if json:
+            from adaptbot_cli.core.summary import summary
+
+            told = summary(result, session.kg, session.planner, tuple(session.revisions))  # type: ignore[arg-type]
+            told["usage"]["seconds"] = round(time.monotonic() - started, 3)
+            print_json(told)
+        else:
+            session.screen.finish(result, result.revision)
+    return exit_code(result)
+
+
+def exit_code(result: "Result") -> int:
+    """Return 0 if the plan is executable and meets its goal, 3 if findings remain."""
+    return 0 if result.goal_met else FINDINGS

@@ -1,0 +1,114 @@
+"""The folder in which a home's knowledge lives, and how it is found (docs/workspace.md)."""
+
+import os
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.adapters.store.reading import read_files
+from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.resources import bundled
+
+CONFIG = "adaptbot.toml"
+_FIRST_CONFIG = """\
+# The settings of this workspace. Every one can be given on the command line as well.
+
+# model = "ollama/llama3.2"     # any litellm model name; without one the plan library is used
+# domain = "kitchen"
+# policy = "tutor"              # or "paper"
+# replans = 3
+"""
+_IGNORED = "/transcripts/\n/.adaptbot/\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """A workspace: `root`, and the settings of its adaptbot.toml."""
+
+    root: Path
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def exists(self) -> bool:
+        """Whether anything has been written here yet."""
+        return (self.root / CONFIG).is_file()
+
+    @property
+    def transcripts(self) -> Path:
+        """The folder with the transcripts of its runs."""
+        return self.root / "transcripts"
+
+    def domains(self) -> list[str]:
+        """The names of the domains to choose from: its own and the bundled ones."""
+        folders = [self.root / "kg", bundled("kg")]
+        found = {p.parent.name for f in folders if f.is_dir() for p in f.glob("*/domain.ttl")}
+        return sorted(found)
+
+    def has(self, domain: str) -> bool:
+        """Whether the workspace holds this domain's files, rather than only the bundle."""
+        return (self.root / "kg" / domain / "domain.ttl").is_file()
+
+    def files(self, domain: str) -> dict[str, bytes]:
+        """Return the files of a domain: the workspace's, or else the bundled ones.
+
+        Raises:
+            UsageError: there is no such domain.
+            KnowledgeError: the files cannot be read.
+        """
+        return read_files(self.folder(domain))
+
+    def folder(self, domain: str) -> Path:
+        """Return where a domain's files are read from. Raises UsageError."""
+        if domain not in self.domains():
+            known = ", ".join(self.domains())
+            raise UsageError(f'there is no domain "{domain}"; there is {known}')
+        root = self.root if self.has(domain) else bundled("kg").parent
+        return root / "kg" / domain
+
+    def first_files(self, domain: str) -> dict[str, bytes]:
+        """Return what a first use writes: the settings and the bundled pack of a domain."""
+        files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}
+        if not (self.root / ".gitignore").exists():
+            files[".gitignore"] = _IGNORED.encode()
+        if not self.has(domain):
+            pack = read_files(self.folder(domain))
+            files |= {f"kg/{domain}/{name}": data for name, data in pack.items()}
+        return files
+
+
+def find(option: Path | None) -> Workspace:
+    """Find the workspace: --workspace, ADAPTBOT_WORKSPACE, the nearest adaptbot.toml above, or
+    the user's data folder.
+
+    Raises:
+        KnowledgeError: its adaptbot.toml is no valid TOML.
+    """
+    root = option or _from_environment() or _above(Path.cwd()) or _user_folder()
+    return Workspace(root, _settings(root / CONFIG))
+
+
+def _from_environment() -> Path | None:
+    named = os.environ.get("ADAPTBOT_WORKSPACE")
+    return Path(named) if named else None
+
+
+def _above(start: Path) -> Path | None:
+    return next((p for p in (start, *start.parents) if (p / CONFIG).is_file()), None)
+
+
+def _user_folder() -> Path:
+    from platformdirs import user_data_path
+
+    return user_data_path("adaptbot", appauthor=False)
+
+
+def _settings(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise KnowledgeError(f"{path} is no valid TOML: {error}") from error
