@@ -111,6 +111,7 @@ class Session:
     ports: Ports
     planner: str
     screen: "Screen"
+    replans: int
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
@@ -118,7 +119,7 @@ class Session:
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
         request = self.request
-        turns = pursue(self.task, self.kg, _parser(), request.policy, request.replans)
+        turns = pursue(self.task, self.kg, _parser(), request.policy, self.replans)
         result = drive(turns, self.ports)
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
@@ -170,6 +171,7 @@ def build(
     """
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.planner.library import Library
     from adaptbot_cli.core.examine import Rehearsal
     from adaptbot_cli.core.tasks import task_for
 
@@ -179,7 +181,9 @@ def build(
     with ExitStack() as stack:
         screen = Screen(console, kg, task, f"{planner.name} ({why})")
         nobody: Any = None
-        session = Session(request, kg, task, nobody, planner.name, screen)
+        # The library says the same however often it is asked: a re-prompt would tell it nothing.
+        replans = 0 if isinstance(planner, Library) else request.replans
+        session = Session(request, kg, task, nobody, planner.name, screen, replans)
         transcript = _transcript(request, workspace)
         store: Store = _Nowhere()
         if not request.dry_run:
@@ -202,13 +206,12 @@ def _planner(
     console: "Console",
 ) -> tuple[Planner, str]:
     from adaptbot_cli.adapters.planner.choice import choose
+    from adaptbot_cli.adapters.planner.library import Library
     from adaptbot_cli.resources import bundled
 
     chosen = choose(request.model, workspace.settings, environ)
     folder = bundled("prompts")
     if chosen.model is None:
-        from adaptbot_cli.adapters.planner.library import Library
-
         return Library(folder / "library" / kg.domain.name, kg.domain), chosen.why
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts
@@ -284,7 +287,7 @@ def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
             "domain": request.domain,
             "graph": session.revisions[0] or "bundled",
             "policy": request.policy,
-            "replans": request.replans,
+            "replans": session.replans,
             "requires": list(request.requires),
             "planner": session.planner,
         }

@@ -141,7 +141,9 @@ def _reply(turn: Turn, reply: object) -> Document:
         case Proposal():
             tokens = {"prompt": reply.prompt_tokens, "completion": reply.completion_tokens}
             cost = {} if reply.cost_usd is None else {"cost_usd": reply.cost_usd}
-            return {"reply": reply.text, **({"tokens": tokens} if any(tokens.values()) else {}), **cost}
+            calls = {} if reply.calls == 1 else {"calls": reply.calls}
+            spent = {"tokens": tokens} if any(tokens.values()) else {}
+            return {"reply": reply.text, **calls, **spent, **cost}
         case Answer():
             said = {"answer": reply.value, "by": reply.by, "at": reply.at}
             return {key: value for key, value in said.items() if value}
@@ -192,7 +194,7 @@ class Recorder:
 
 
 _REPLIES = frozenset(
-    {"reply", "tokens", "cost_usd", "answer", "by", "at", "kept", "revision", "turn", "model"}
+    {"reply", "calls", "tokens", "cost_usd", "answer", "by", "at", "kept", "revision", "turn", "model"}
 )
 """What a document tells of the reply: given back in a replay, not compared."""
 
@@ -231,6 +233,7 @@ class Player:
         tokens = self.current.get("tokens") or {}
         return Proposal(
             str(self._given("reply")),
+            int(self.current.get("calls", 1)),
             int(tokens.get("prompt", 0)),
             int(tokens.get("completion", 0)),
             self.current.get("cost_usd"),

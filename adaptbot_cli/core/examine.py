@@ -8,6 +8,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Parameter
 from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Call, Finding, Goal, Parsed, Status, Step, Task, Written
 from adaptbot_cli.core.rehearse import Aim, Repair, aim_of, complete, holds, perform
@@ -16,6 +17,10 @@ from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions, variables
 from adaptbot_cli.core.static import Sound, render, sentence, understand
 from adaptbot_cli.core.terms import TRUE
+
+_OF_A_NAME = frozenset({"E101", "E201"})
+_OF_ITS_STEP = frozenset({"E401", "W602"})
+"""The codes of findings about a name, and of those about the state at one step of the plan."""
 
 
 def words_to_look_up(calls: Iterable[Call], scene: Scene) -> tuple[set[str], set[str]]:
@@ -49,16 +54,29 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     absent = _unused(sounds, parsed, scene)
     seen = {finding.subject for finding in absent}
     unmet = tuple(f for f in unmet if f.subject not in seen)
-    findings = dict.fromkeys((*parsed.findings, *walk.findings, *absent, *unmet))
+    findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
     return Report(
         task=scene.task,
         text=text,
         steps=tuple(walk.steps),
-        findings=tuple(findings),
+        findings=tuple(dict.fromkeys(findings)),
         bounds=tuple(walk.bounds),
         deltas=tuple(walk.deltas),
         missing=tuple(dict.fromkeys((*(f.subject for f in absent), *missing))),
     )
+
+
+def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
+    """Findings without those that an earlier step has already; a state is that of its own step.
+
+    A name is unknown but once, though what is near it depends on what the step wants there.
+    """
+    first: dict[tuple[str, str, str, int | None], Finding] = {}
+    for finding in findings:
+        step = finding.step if finding.code in _OF_ITS_STEP else None
+        message = finding.message if finding.code not in _OF_A_NAME else ""
+        first.setdefault((finding.code, finding.subject, message, step), finding)
+    return first.values()
 
 
 @dataclass(slots=True)
@@ -76,7 +94,7 @@ class _Walk:
         """Take one step of the plan, with the missing steps before it."""
         step = Step(sound.call, written.source, written.line, changes=sound.changes)
         if sound.dropped:
-            why = f"{sound.dropped} is not here and not needed for the goal"
+            why = f"{_reason(sound.dropped, self.kg)}, and the goal does not need it"
             self._add(replace(step, status="dropped", reason=why), None)
         elif sound.bound is None:
             self._unsound(step, sound)
@@ -93,13 +111,9 @@ class _Walk:
     def _sound(self, step: Step, sound: Sound, bound: Bound) -> None:
         bound = complete(bound, self.kg)
         problems = [*self._no_default(bound), *self._unmet(bound, sound)]
+        advice = list(self._advice(bound))
         if self.tainted & set(bound.values.values()):
-            problems = []
-        advice = [
-            Finding("W602", sentence(c.message, bound, self.kg), bound.action.name)
-            for c in bound.action.advises
-            if not holds(c, bound, self.kg)
-        ]
+            problems, advice = [], []
         status: Status = "changed" if sound.changes else "ok"
         if problems:
             status = "finding"
@@ -110,6 +124,12 @@ class _Walk:
         if not problems:
             perform(bound, self.kg)
         self._add(replace(step, status=status, codes=codes, reason=reason), bound, mark)
+
+    def _advice(self, bound: Bound) -> Iterator[Finding]:
+        for condition in bound.action.advises:
+            if not holds(condition, bound, self.kg):
+                message = sentence(condition.message, bound, self.kg)
+                yield Finding("W602", message, bound.action.name)
 
     def _no_default(self, bound: Bound) -> Iterator[Finding]:
         for parameter in bound.action.parameters:
@@ -169,6 +189,11 @@ class _Walk:
         self.bounds.append(bound)
         changes = self.kg.changes(start, end) if start >= 0 else []
         self.deltas.append(changes[0] if changes else Delta())
+
+
+def _reason(name: str, kg: Kg) -> str:
+    absent = is_absent(kg, name, "item") or is_absent(kg, name, "action")
+    return f"{name} is not here" if absent else f"nobody has said what {name} is"
 
 
 def _matters(parameter: Parameter, bound: Bound) -> bool:

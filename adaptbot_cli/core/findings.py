@@ -5,17 +5,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """A kind of finding: a title people read, and whether it blocks execution."""
+    """A kind of finding: a title people read, whether it keeps the plan from being executed, and
+    whether it is open until the plan or the knowledge changes (a goal that is not met is)."""
 
     title: str
     blocks: bool = True
+    open: bool = True
 
 
 CODES: dict[str, Code] = {
     "P101": Code("the text holds no plan"),
     "P102": Code("a call that cannot be read"),
     "P103": Code("a step under a condition"),
-    "P104": Code("the plan is repeated", blocks=False),
+    "P104": Code("the plan is repeated", blocks=False, open=False),
     "E101": Code("unknown action"),
     "E102": Code("wrong number of arguments"),
     "E103": Code("not a value that the action takes"),
@@ -26,15 +28,16 @@ CODES: dict[str, Code] = {
     "E301": Code("attribute unknown"),
     "E302": Code("attribute rules it out"),
     "E401": Code("condition not met at this point"),
-    "E501": Code("required item missing from the plan"),
-    "E502": Code("required item lost by a new plan"),
-    "E503": Code("goal not met"),
-    "W601": Code("something is left in the wrong state", blocks=False),
-    "W602": Code("runs, but misses its point", blocks=False),
+    "E501": Code("required item missing from the plan", blocks=False),
+    "E502": Code("required item lost by a new plan", blocks=False),
+    "E503": Code("goal not met", blocks=False),
+    "W601": Code("something is left in the wrong state", blocks=False, open=False),
+    "W602": Code("runs, but misses its point", blocks=False, open=False),
 }
-"""Every code a finding can have. P: the text; E: keeps the plan from being executed; W: it runs."""
+"""Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
+its goal; W: it runs."""
 
 
 def blocks(code: str) -> bool:
-    """Tell whether a finding of this code keeps the plan from being executable."""
+    """Tell whether a finding of this code keeps the plan from being executed."""
     return CODES[code].blocks

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
 from rdflib.namespace import NamespaceManager
-from rdflib.term import Node
+from rdflib.term import Identifier, Node
 
-from adaptbot_cli.core.domain import Domain, Effect
+from adaptbot_cli.core.domain import Domain, Effect, Kind
 from adaptbot_cli.core.names import normal, variants
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
@@ -52,8 +52,10 @@ class Kg:
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg.graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
-        kg.graph(ATTRIBUTES).addN((*t, kg.graph(ATTRIBUTES)) for t in attributes)
-        kg.graph(STATES).addN((*t, kg.graph(STATES)) for t in states)
+        graphs = {name: kg.graph(name) for name in (ATTRIBUTES, STATES)}
+        for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
+            homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
+            facts.addN((*t, graphs[home]) for t, home in homes)
         return kg
 
     def graph(self, name: URIRef) -> Graph:
@@ -80,7 +82,7 @@ class Kg:
 
     def value(self, subject: Node, predicate: Node) -> Node | None:
         """Return the one value of a functional property, the smallest if there are several."""
-        return min(self.facts.objects(subject, predicate), default=None)
+        return min(self.facts.objects(subject, predicate), key=str, default=None)
 
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
@@ -115,9 +117,7 @@ class Kg:
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
         if entity not in self._classes:
-            stated = self.facts.objects(entity, RDF.type)
-            kinds = self.domain.kinds
-            found = {sup for iri in stated if iri in kinds for sup in kinds[iri].supers}
+            found = (sup for kind in self._kinds(entity) for sup in kind.supers)
             self._classes[entity] = frozenset(found)
         return self._classes[entity]
 
@@ -127,9 +127,11 @@ class Kg:
 
     def kind_label(self, entity: Node) -> str:
         """Return in a word what an entity is, from its class."""
-        stated = sorted(self.facts.objects(entity, RDF.type))
-        labels = [self.domain.kinds[iri].label for iri in stated if iri in self.domain.kinds]
-        return labels[0] if labels else "thing"
+        return next((kind.label for kind in self._kinds(entity)), "thing")
+
+    def _kinds(self, entity: Node) -> list[Kind]:
+        stated = set(self.facts.objects(entity, RDF.type))
+        return sorted((k for k in self.domain.kinds.values() if k.iri in stated), key=_iri)
 
     def instances(self, classes: Iterable[Node]) -> list[URIRef]:
         """Return the entities of some classes, sorted by IRI."""
@@ -197,12 +199,16 @@ class Kg:
     def size(self) -> tuple[int, int]:
         """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""
         facts = [t for name in (ATTRIBUTES, STATES) for t in self.graph(name)]
-        counted = {t for t in facts if not t[1].startswith(str(AB))}
+        counted = {t for t in facts if not str(t[1]).startswith(str(AB))}
         return len({t[0] for t in counted}), len(counted)
 
 
+def _iri(kind: Kind) -> str:
+    return str(kind.iri)
+
+
 def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Triple]:
-    """The triples of a template with its variables filled in; a triple with an empty one is left out."""
+    """The triples of a template with its variables filled in, those left out that lack a value."""
     for row in rows:
         for triple in template:
             subject, predicate, value = (
@@ -212,9 +218,11 @@ def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Tr
                 yield subject, predicate, value
 
 
-def _used(query: str, bindings: Bindings) -> dict[str, Node]:
+def _used(query: str, bindings: Bindings) -> dict[str, Identifier]:
     """The bindings that a query has variables for: others are an error to the engine."""
-    return {name: value for name, value in bindings.items() if name in variables(query)}
+    names = variables(query)
+    given = ((name, value) for name, value in bindings.items() if name in names)
+    return {name: value for name, value in given if isinstance(value, Identifier)}
 
 
 def known_names(kg: Kg, classes: Iterable[Node]) -> dict[str, URIRef]:

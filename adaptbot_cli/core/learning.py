@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from rdflib import RDF, RDFS, Literal, URIRef
+from rdflib import RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
@@ -54,9 +54,11 @@ def safe_name(name: str) -> str:
 def entity_iri(kg: Kg, name: str) -> URIRef:
     """Return a new entity's IRI: the domain's namespace and a safe, readable, unused end."""
     base = safe_name(name)
+    actions = {action.iri for action in kg.domain.actions.values()}
+    reserved = {kg.domain.agent, *kg.domain.kinds, *kg.domain.properties, *actions}
     candidates = (base if n == 1 else f"{base}_{n}" for n in range(1, 10_000))
     taken = (URIRef(kg.domain.namespace + end) for end in candidates)
-    return next(iri for iri in taken if (iri, None, None) not in kg.facts)
+    return next(i for i in taken if i not in reserved and (i, None, None) not in kg.facts)
 
 
 def existence(kg: Kg, name: str, kind: Kind) -> Delta:
@@ -87,15 +89,14 @@ def _starts(kg: Kg, entity: URIRef, prop: URIRef, value: Node) -> Iterable[Tripl
                 yield (entity, start.prop, start.value)
 
 
-def new_action(domain: Domain, name: str, kinds: Iterable[Kind]) -> tuple[Action, Delta]:
+def new_action(kg: Kg, name: str, kinds: Iterable[Kind | None]) -> tuple[Action, Delta]:
     """Return an action that a person says exists, with its facts.
 
-    Its parameters are what the plan gave it; what it requires and changes is not known yet.
+    Its parameters are what the plan gave it, None being a number; what it requires and changes is
+    not known yet.
     """
-    iri = URIRef(domain.namespace + normal(name))
-    parameters = [
-        Parameter(f"{local(kind.iri)}_{n}", (kind.iri,)) for n, kind in enumerate(kinds, start=1)
-    ]
+    iri = entity_iri(kg, name)
+    parameters = [_new_parameter(n, kind) for n, kind in enumerate(kinds, start=1)]
     explain = "taught by a person; its effect is not known"
     facts: set[Triple] = {
         (iri, RDF.type, AB.Action),
@@ -108,15 +109,24 @@ def new_action(domain: Domain, name: str, kinds: Iterable[Kind]) -> tuple[Action
             (iri, AB.parameter, node),
             (node, AB.order, Literal(n)),
             (node, AB.name, Literal(parameter.name)),
-            (node, AB["class"], parameter.classes[0]),
+            *((node, AB["class"], kind) for kind in parameter.classes),
         }
+        if parameter.datatype is not None:
+            facts.add((node, AB.datatype, parameter.datatype))
     action = Action(iri, normal(name), explain, tuple(parameters), verb=normal(name))
     return action, Delta(added=frozenset(facts))
 
 
+def _new_parameter(number: int, kind: Kind | None) -> Parameter:
+    if kind is None:
+        return Parameter(f"number_{number}", datatype=XSD.decimal)
+    return Parameter(f"{safe_name(local(kind.iri))}_{number}", (kind.iri,))
+
+
 def attribute_question(kg: Kg, name: str, prop: Property, context: str) -> Question:
     """Return the domain's own question for an attribute or place of `name`."""
-    text = prop.question.format(name=name.replace("_", " "))
+    wording = prop.question or f"Is {{name}} {prop.label}?"
+    text = wording.format(name=name.replace("_", " "))
     if str(prop.range).endswith("#boolean"):
         return Question("attribute", name, text, local(prop.iri), choices=yes_no(), context=context)
     places = kg.instances([prop.range])

@@ -31,15 +31,22 @@ _PREFIX = re.compile(r"[\s>|]*(?:(?:[-*+•·–—]|\(?\d{1,4}[.):]\)?|\#{1,6})
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
 _TRAILING_IF = re.compile(r"[ \t`*]*(?=(?:if|unless)\b)")
+_QUOTED = re.compile(r"[ \t]*[\"'“‘]")
 _PLURAL = {"s", "es", "ies"}
 
 # What may stand before and behind a call that is no part of a sentence.
-_LABEL = r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?(?:(?:then|and|next)\b)?"
+_LABEL = (
+    r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?"
+    r"(?:(?:then|and|next|first|finally|lastly|now)\b[,:]?)?"
+)
 _BEFORE = re.compile(
-    rf"[\s>|*+\-•·–—`_;,.&#]*+(?:\(?\d{{1,4}}\s?[.:)|]+\s*+)?[*_`]*+{_LABEL}[\s`*_]*+(?:\w+\s*=\s*)?",
+    rf"[\s>|*+\-•·–—`_;,.&#\"']*+(?:\(?\d{{1,4}}\s?[.:)|]+\s*+)?[*_`]*+{_LABEL}"
+    r"[\s`*_]*+(?:\w+\s*=\s*)?",
     re.IGNORECASE,
 )
-_BEHIND = re.compile(r"[ \t`*_]*(?:\Z|\n|[;,.|#:\-–—→<&\])]|//|(?:then|and)\b)")
+_BEHIND = re.compile(
+    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→<&\])]|//|(?:then|and|s|sec\w*|min\w*|hours?)\b)"
+)
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 
 _SILENT = re.compile(r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|end\s*\w*|<[/?]?\w[^<>]*>")
@@ -229,7 +236,7 @@ class _Reader:
         """Find the name before a parenthesis; with a space between, only where a line begins."""
         named = name_before(self._text, paren, anchor)
         if named is None and self._text[paren - 1 : paren] == " " and paren > anchor:
-            quoted = self._text[paren + 1 : paren + 2] in tuple("\"'“‘")
+            quoted = _QUOTED.match(self._text, paren + 1)
             spaced = name_before(self._text, paren - 1, anchor) if quoted else None
             named = spaced if spaced and self._leads(anchor, spaced[0]) else None
         return None if named is None or keyword.iskeyword(named[1]) else named

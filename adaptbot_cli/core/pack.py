@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from string import Formatter
 
 from rdflib import RDF, RDFS, Graph, Literal, URIRef
 from rdflib.collection import Collection
@@ -93,7 +94,7 @@ class _Entry:
         return PackError(f"{self.file}, entry {self.entry}: {problem}")
 
     def value(self, predicate: URIRef) -> Node | None:
-        values = sorted(self.graph.objects(self.node, predicate))
+        values = sorted(self.graph.objects(self.node, predicate), key=str)
         if len(values) > 1:
             raise self.fail(f"has {len(values)} values for ab:{local(predicate)}; keep one")
         return values[0] if values else None
@@ -159,14 +160,14 @@ def _term(predicate: URIRef) -> str:
 
 
 def _the_domain(graph: Graph) -> Node:
-    found = sorted(graph.subjects(RDF.type, AB.Domain))
+    found = sorted(graph.subjects(RDF.type, AB.Domain), key=str)
     if len(found) != 1:
         raise PackError(f"domain.ttl: needs exactly one entry typed ab:Domain, has {len(found)}")
     return found[0]
 
 
 def _entries(graph: Graph, file: str, kind: URIRef) -> Iterator[tuple[URIRef, _Entry]]:
-    for node in sorted(graph.subjects(RDF.type, kind)):
+    for node in sorted(graph.subjects(RDF.type, kind), key=str):
         if isinstance(node, URIRef):
             yield node, _Entry.of(graph, file, node)
 
@@ -206,13 +207,15 @@ def _property(entry: _Entry) -> Property:
     graph = local(entry.iri(AB.graph))
     if graph not in ("attribute", "state"):
         raise entry.fail("ab:graph must be ab:attribute or ab:state")
+    question = entry.text(AB.question, "")
+    _check_message(entry, question, ("name",))
     return Property(
         iri=entry.node,
         label=entry.text(RDFS.label, local(entry.node)),
         graph=graph,
         domain=entry.iri(RDFS.domain),
         range=entry.iri(RDFS.range),
-        question=entry.text(AB.question, ""),
+        question=question,
         functional=entry.flag(AB.functional),
         state_words=entry.texts(AB.stateWord),
         implied=tuple(_implication(part) for part in entry.parts(AB.impliedBy)),
@@ -350,7 +353,7 @@ def syntax_problem(query: str) -> str:
 
 
 def _check_action(entry: _Entry, action: Action, known: set[URIRef]) -> None:
-    names = {parameter.name for parameter in action.parameters}
+    names = [parameter.name for parameter in action.parameters]
     for need in action.attributes:
         if need.of not in names:
             raise entry.fail(f'ab:of "{need.of}" is none of its parameters')
@@ -359,11 +362,31 @@ def _check_action(entry: _Entry, action: Action, known: set[URIRef]) -> None:
     for called in action.called_as:
         if called.parameter not in names:
             raise entry.fail(f'ab:parameter "{called.parameter}" is none of its parameters')
-    messages = [c.message for c in (*action.attributes, *action.conditions, *action.advises)]
-    for message in messages:
-        for name in re.findall(r"\{(\w+)\}", message):
-            if name not in names:
-                raise entry.fail(f'the message "{message}" names {{{name}}}, which is no parameter')
+    for predicate in _changed(action.effect):
+        if predicate not in known:
+            raise entry.fail(f"ab:effect: {local(predicate)} is not declared in domain.ttl")
+    for condition in (*action.conditions, *action.advises):
+        _check_message(entry, condition.message, names)
+    for need in action.attributes:
+        _check_message(entry, need.message, names)
+
+
+def _changed(effect: Effect | None) -> list[URIRef]:
+    """The predicates that an effect changes, but for those that a variable stands for."""
+    triples = (*effect.deletes, *effect.inserts) if effect else ()
+    return sorted({predicate for _, predicate, _ in triples if isinstance(predicate, URIRef)})
+
+
+def _check_message(entry: _Entry, message: str, names: Iterable[str]) -> None:
+    """Make sure that a message of the domain can be filled in."""
+    try:
+        fields = [field for _, field, _, _ in Formatter().parse(message) if field is not None]
+    except ValueError as problem:
+        raise entry.fail(f'the message "{message}" has a brace too many: {problem}') from None
+    for name in fields:
+        if name not in names:
+            only = " or ".join(f"{{{known}}}" for known in names) or "no parameter"
+            raise entry.fail(f'the message "{message}" names {{{name}}}; it may name {only}')
 
 
 def _goals(entry: _Entry, predicate: URIRef) -> tuple[Goal, ...]:
@@ -376,7 +399,9 @@ def _goal(entry: _Entry) -> Goal:
     select = _query(entry, entry.text(AB.select, ""), "ab:select", "SELECT")
     if bool(ask) == bool(select):
         raise entry.fail("a goal needs either ab:ask or ab:select")
-    return Goal(ask or select, entry.text(AB.message), classes)
+    message = entry.text(AB.message)
+    _check_message(entry, message, ("item",) if classes or select else ())
+    return Goal(ask or select, message, classes)
 
 
 def _tasks(graph: Graph) -> list[tuple[str, Task]]:

@@ -34,9 +34,9 @@ class Question:
     context: str = ""
 
     @property
-    def key(self) -> tuple[str, str, str]:
+    def key(self) -> tuple[str, str, str, str]:
         """What makes two questions the same one."""
-        return (self.kind, self.about, self.prop)
+        return (self.kind, self.about, self.prop, self.subject)
 
 
 @dataclass(frozen=True, slots=True)

@@ -129,11 +129,11 @@ class Repair:
 
     def _pool(self, aim: Aim) -> list[Node]:
         """The things that an aim is about: its own, and what they are now related to by it."""
-        pool = [value for value in aim.values.values() if isinstance(value, URIRef)]
+        pool: list[Node] = [value for value in aim.values.values() if isinstance(value, URIRef)]
         about: list[Node] = [*pool, self.kg.domain.agent]
         for predicate in sorted(aim.predicates):
             for thing in about:
-                pool += sorted(o for o in self.kg.facts.objects(thing, predicate))
+                pool += sorted(self.kg.facts.objects(thing, predicate), key=str)
         return list(dict.fromkeys(node for node in pool if isinstance(node, URIRef)))
 
     def _grounded(self, action: Action, pool: list[Node]) -> Iterator[Bound]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.findings import blocks
+from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Step, Task
@@ -40,7 +40,12 @@ class Report:
     @property
     def blocking(self) -> tuple[Finding, ...]:
         """The findings that keep the plan from being executed."""
-        return tuple(f for f in self.findings if blocks(f.code))
+        return tuple(f for f in self.findings if CODES[f.code].blocks)
+
+    @property
+    def open(self) -> tuple[Finding, ...]:
+        """The findings that a better plan or more knowledge would mend."""
+        return tuple(f for f in self.findings if CODES[f.code].open)
 
     @property
     def executable(self) -> bool:
@@ -97,4 +102,9 @@ class Result:
     @property
     def goal_met(self) -> bool:
         """Whether the plan was executed to its end and what the task needs then holds."""
-        return self.verdict == "executable" and self.outcome is not None and not self.outcome.unmet
+        outcome = self.outcome
+        return (
+            self.verdict == "executable"
+            and not self.report.open
+            and (outcome is None or not outcome.unmet)
+        )

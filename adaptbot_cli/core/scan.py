@@ -15,6 +15,8 @@ _CLOSING = {
     "“": '”"“', "”": '”"', "„": '“”"', "«": "»",
 }  # fmt: skip
 _APOSTROPHES = "'’"
+# Markdown escapes the underscore: pick\_up. Some models write pick-up.
+_NAME = re.compile(r"(?<!\w)(?:[^\W\d]\w*\.)*((?:[^\W\d]|\\_)(?:\w|\\_|-(?=[^\W\d]))*)\Z")
 _SPACE = re.compile(r"[^\S\n]*")
 _COMMENT = re.compile(r"(?:#|//)[^\n]*")
 _KEYWORD = re.compile(
@@ -75,18 +77,11 @@ def name_before(text: str, paren: int, floor: int) -> tuple[int, str] | None:
 
     Returns where it is written and the name: `robot.slice(` is `slice`, written from `robot`.
     """
-    start = paren
-    floor = max(floor, paren - _NAME_LIMIT)
-    while start > floor and (text[start - 1] in ".\\" or f"a{text[start - 1]}".isidentifier()):
-        start -= 1
-    # Markdown escapes the underscore: pick\_up.
-    parts = text[start:paren].replace("\\_", "_").split(".")
-    name = parts[-1]
-    if not name.isidentifier():
+    start = max(floor, paren - _NAME_LIMIT)
+    match = _NAME.search(text[start:paren])
+    if match is None:
         return None
-    if all(part.isidentifier() for part in parts):
-        return start, name
-    return start + text[start:paren].rfind(".") + 1, name
+    return start + match.start(), match[1].replace("\\_", "_")
 
 
 def keep_argument(arg: str) -> bool:

@@ -61,7 +61,7 @@ def _argument_findings(call: Call, scene: Scene) -> Iterator[Finding]:
     """What is unknown among the arguments of an unknown action."""
     things = tuple(scene.domain.kinds)
     for arg in call.args:
-        if _number(arg) is None:
+        if number(arg) is None:
             named = resolve.item(arg, things, scene)
             if named.finding is not None:
                 yield named.finding
@@ -158,12 +158,12 @@ def _read_value(arg: str, parameter: Parameter, scene: Scene) -> _Read:
 def _value(arg: str, parameter: Parameter) -> Node | None:
     if parameter.words:
         return parameter.words.get(normal(arg))
-    number = _number(arg)
-    return None if number is None else Literal(number, datatype=parameter.datatype)
+    digits = number(arg)
+    return None if digits is None else Literal(digits, datatype=parameter.datatype)
 
 
-def _number(arg: str) -> str | None:
-    """The number that an argument starts with: "35", "35min" and "35 minutes" are 35."""
+def number(arg: str) -> str | None:
+    """Return the number that an argument starts with: "35", "35min" and "35 minutes" are 35."""
     digits = arg.strip().rstrip("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ. ")
     plain = digits.replace(".", "", 1)
     return digits if plain.isascii() and plain.isdigit() else None
@@ -238,10 +238,8 @@ def sentence(message: str, bound: Bound, kg: Kg) -> str:
 
 def render(bound: Bound, kg: Kg) -> Call:
     """Write a bound action as a call with the home's own names."""
-    args = [_word(p, bound.values.get(p.name), kg) for p in bound.action.visible]
-    while args and args[-1] is None:
-        args.pop()
-    return Call(bound.action.name, tuple(arg or "" for arg in args))
+    args = (_word(p, bound.values.get(p.name), kg) for p in bound.action.visible)
+    return Call(bound.action.name, tuple(arg for arg in args if arg is not None))
 
 
 def _word(parameter: Parameter, value: Node | None, kg: Kg) -> str | None:

@@ -13,9 +13,10 @@ from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.questions import ABSENT, EXISTS, Answer, Choice, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.static import number
 from adaptbot_cli.core.terms import local
 
-Key = tuple[str, str, str]
+Key = tuple[str, str, str, str]
 Asked = Mapping[Key, tuple[Question, Answer]]
 
 
@@ -27,8 +28,9 @@ def next_question(
     Questions about something just taught come first; the rest in the order of the plan. Nothing
     is asked twice. With `required_only` only required items are asked about.
     """
-    for question in _about_the_taught(scene, asked):
-        return question
+    about_taught = next(iter(_about_the_taught(scene, asked)), None)
+    if about_taught is not None:
+        return about_taught
     for finding in report.blocking:
         if required_only and not scene.requires(finding.subject):
             continue
@@ -48,7 +50,11 @@ def unfinished(scene: Scene, asked: Asked) -> bool:
 
 def _about_the_taught(scene: Scene, asked: Asked) -> Iterable[Question]:
     """Where each item that this run has taught is kept."""
-    names = [name for kind, name, prop in asked if kind in ("existence", "kind")]
+    names = [
+        question.about
+        for question, answer in asked.values()
+        if question.kind == "kind" or (question.kind == "existence" and answer.value == EXISTS)
+    ]
     for name in dict.fromkeys(names):
         for entity in scene.kg.find(name):
             prop = _place_property(entity, scene)
@@ -75,7 +81,8 @@ def _question(finding: Finding, report: Report, scene: Scene) -> Question | None
         return _existence("action", finding, context, scene)
     if finding.code == "E301":
         prop = _property(finding.candidates[0], scene)
-        return prop and learning.attribute_question(scene.kg, finding.subject, prop, context)
+        if prop is not None:
+            return learning.attribute_question(scene.kg, finding.subject, prop, context)
     return None
 
 
@@ -130,7 +137,7 @@ def _kind_question(
 ) -> Question | None:
     """What kind of thing something is that a person has said exists."""
     name = normal(finding.subject)
-    said = asked.get(("existence", name, ""))
+    said = asked.get(("existence", name, "", "item"))
     if finding.code != "E201" or said is None or said[1].value != EXISTS:
         return None
     kinds = possible_kinds(name, report, scene)
@@ -162,7 +169,7 @@ def learn(question: Question, answer: Answer, report: Report, scene: Scene) -> L
         return _learn_existence(question, answer, report, scene)
     if question.kind == "kind":
         kind = next((k for k in scene.domain.teachable if local(k.iri) == answer.value), None)
-        return kind and _taught(question, answer, kind, scene)
+        return None if kind is None else _taught(question, answer, kind, scene)
     return _learn_attribute(question, answer, scene)
 
 
@@ -204,8 +211,8 @@ def _taught(question: Question, answer: Answer, kind: Kind, scene: Scene) -> Les
 
 def _learn_action(question: Question, answer: Answer, report: Report, scene: Scene) -> Lesson:
     step = next(s for s in report.steps if normal(s.call.action) == question.about)
-    kinds = [_kind_of(arg, scene) for arg in step.call.args]
-    action, delta = learning.new_action(scene.domain, question.about, kinds)
+    kinds = [None if number(arg) else _kind_of(arg, scene) for arg in step.call.args]
+    action, delta = learning.new_action(scene.kg, question.about, kinds)
     sentence = f"{question.about} is possible; its effect is not known"
     return Lesson(delta, question, answer, sentence, action)
 
@@ -222,8 +229,10 @@ def _kind_of(name: str, scene: Scene) -> Kind:
 def _learn_attribute(question: Question, answer: Answer, scene: Scene) -> Lesson | None:
     prop = _property(question.prop, scene)
     found = scene.kg.find(question.about)
-    value = prop and learning.attribute_value(scene.kg, prop, answer.value)
-    if prop is None or not found or value is None:
+    if prop is None or not found:
+        return None
+    value = learning.attribute_value(scene.kg, prop, answer.value)
+    if value is None:
         return None
     delta = learning.attribute(scene.kg, found[0], prop, value)
     shown = answer.value if question.kind == "attribute" else scene.kg.name(value)

@@ -27,9 +27,10 @@ class Propose:
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """The planner's text, as it came, and what it cost."""
+    """The planner's text, as it came, and what it cost; `calls` counts the model's answers."""
 
     text: str
+    calls: int = 1
     prompt_tokens: int = 0
     completion_tokens: int = 0
     cost_usd: float | None = None

@@ -46,7 +46,7 @@ class Run:
     scene: Scene
     policy: Policy = "tutor"
     usage: Usage = Usage()
-    asked: dict[tuple[str, str, str], tuple[Question, Answer]] = field(default_factory=dict)
+    asked: dict[teach.Key, tuple[Question, Answer]] = field(default_factory=dict)
     lessons: list[Lesson] = field(default_factory=list)
 
 
@@ -75,7 +75,7 @@ def pursue(task: Task, kg: Kg, parse: Parse, policy: Policy = "tutor", replans: 
             break
         report = replace(report, findings=(*report.findings, outcome.error))
     revision = yield from _keep(run)
-    sizes = (before, kg.size())
+    sizes = (before, kg.size() if run.lessons else before)
     questions = tuple(run.asked.values())
     lessons = tuple(run.lessons)
     return Result(report, outcome, run.usage, questions, lessons, revision, sizes)
@@ -87,7 +87,7 @@ def _propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
     cost = proposal.cost_usd
     run.usage = replace(
         used,
-        model_calls=used.model_calls + 1,
+        model_calls=used.model_calls + proposal.calls,
         prompt_tokens=used.prompt_tokens + proposal.prompt_tokens,
         completion_tokens=used.completion_tokens + proposal.completion_tokens,
         cost_usd=used.cost_usd if cost is None else (used.cost_usd or 0.0) + cost,
@@ -141,7 +141,7 @@ def _guarded(report: Report, lost: tuple[str, ...]) -> Report:
 
 def _open(run: Run, report: Report) -> tuple[Finding, ...]:
     """What a new plan could mend: not what nobody will answer in this run."""
-    return tuple(f for f in report.blocking if normal(f.subject) not in run.scene.aside)
+    return tuple(f for f in report.open if normal(f.subject) not in run.scene.aside)
 
 
 def _said(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
@@ -150,21 +150,24 @@ def _said(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
 
 def _ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn, Any, Report]:
     """Ask the person about what is open, learn from each answer, and check again (III-C)."""
+    learned = False
     while True:
         question = teach.next_question(report, run.scene, run.asked, required_only)
         if question is None:
             return report
         answer: Answer = yield Ask(question)
         run.asked[question.key] = (question, answer)
-        if answer != LATER:
+        if answer.value != LATER.value:
             run.usage = replace(run.usage, questions=run.usage.questions + 1)
         lesson = teach.learn(question, answer, report, run.scene)
         if lesson is not None:
             teach.take(lesson, run.scene)
             run.lessons.append(lesson)
             yield Learned(lesson)
-        if lesson is not None and not teach.unfinished(run.scene, run.asked):
+            learned = True
+        if learned and not teach.unfinished(run.scene, run.asked):
             report = yield from _examine(run, report.text)
+            learned = False
 
 
 def _set_aside(run: Run, report: Report) -> Generator[Turn, Any, Report]:

@@ -102,14 +102,14 @@ class Library:
                 "adaptbot.toml, in ADAPTBOT_MODEL, or set a provider's key such as OPENAI_API_KEY."
             )
         plan, name = found
-        return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)))
+        return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what its name adds."""
         if turn.task.known:
             return list(turn.task.required)
         parts = {part for item in turn.task.required for part in words(item)}
-        passed = self.domain.fillers | parts | set(words(name))
+        passed = self.domain.fillers | parts | _folded(name)
         extra = [word for word in words(turn.task.name) if not {word, *singulars(word)} & passed]
         told = [*turn.task.required, *extra]
         usual = plan.base if told and plan.base else plan.ingredients

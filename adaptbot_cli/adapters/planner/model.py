@@ -54,6 +54,7 @@ class Model:
         usage = getattr(whole, "usage", None)
         return Proposal(
             whole.choices[0].message.content or "",
+            1,
             getattr(usage, "prompt_tokens", 0) or 0,
             getattr(usage, "completion_tokens", 0) or 0,
             _cost(litellm, whole),

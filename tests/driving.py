@@ -1,0 +1,98 @@
+"""Drives the method with scripted replies: what a session does, without ports or patches."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from adaptbot_cli.core.examine import Rehearsal
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.report import Outcome, Result
+from adaptbot_cli.core.turns import (
+    Ask,
+    Execute,
+    Keep,
+    Kept,
+    LookUp,
+    Proposal,
+    Propose,
+    Review,
+    Turn,
+)
+from adaptbot_cli.core.tutor import Policy, pursue
+from adaptbot_cli.core.words import Related
+from tests.worlds import parsed
+
+Answers = Answer | Mapping[str, str]
+
+
+@dataclass
+class Script:
+    """The replies of one run: texts in order (the last one again and again), answers by question.
+
+    An answer's key is `kind about` or `kind about prop`. `outcomes` are given before the plan is
+    really rehearsed. The turns seen are kept in `seen`.
+    """
+
+    texts: Sequence[str]
+    answers: Answers = field(default_factory=dict)
+    accept: bool = True
+    words: Mapping[str, tuple[Related, ...]] = field(default_factory=dict)
+    outcomes: list[Outcome] = field(default_factory=list)
+    seen: list[Turn] = field(default_factory=list)
+    proposed: int = 0
+
+    def reply(self, turn: Turn, kg: Kg) -> Any:
+        """Return the reply to a turn."""
+        self.seen.append(turn)
+        if isinstance(turn, Propose):
+            self.proposed += 1
+            return Proposal(self.texts[min(self.proposed, len(self.texts)) - 1], 10, 5)
+        if isinstance(turn, LookUp):
+            return {word: self.words.get(word, ()) for word in turn.words}
+        if isinstance(turn, Ask):
+            return self.answer(turn.question)
+        if isinstance(turn, Execute):
+            return self.outcomes.pop(0) if self.outcomes else Rehearsal(kg).execute(turn.report)
+        if isinstance(turn, Review):
+            return self.accept
+        return Kept("r1") if isinstance(turn, Keep) else None
+
+    def answer(self, question: Question) -> Answer:
+        """Return the scripted answer to a question; one that is not scripted fails the test."""
+        if isinstance(self.answers, Answer):
+            return self.answers
+        key = " ".join(part for part in (question.kind, question.about, question.prop) if part)
+        short = f"{question.kind} {question.about}"
+        value = self.answers.get(key, self.answers.get(short))
+        assert value is not None, f"no answer is scripted for {key!r}"
+        return Answer(value, by="tester")
+
+    @property
+    def story(self) -> list[str]:
+        """The proposals and questions in order, in words."""
+        told = []
+        for turn in self.seen:
+            if isinstance(turn, Propose):
+                told.append(f"propose {turn.attempt}")
+            elif isinstance(turn, Ask):
+                told.append(f"ask {turn.question.kind} {turn.question.about}")
+            elif isinstance(turn, Execute | Review | Keep):
+                told.append(type(turn).__name__.lower())
+        return told
+
+
+def drive(
+    task: Task, kg: Kg, script: Script, policy: Policy = "tutor", replans: int = 3
+) -> Result:
+    """Run the method to its end."""
+    turns = pursue(task, kg, parsed, policy, replans)
+    reply: Any = None
+    while True:
+        try:
+            turn = turns.send(reply)
+        except StopIteration as stop:
+            result: Result = stop.value
+            return result
+        reply = script.reply(turn, kg)
