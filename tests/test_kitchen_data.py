@@ -3,14 +3,14 @@
 import re
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
-import jinja2
 import pytest
-import yaml
 from rdflib import RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
+
+from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 KITCHEN: Final = ROOT / "kg" / "kitchen"
@@ -96,23 +96,6 @@ TRUE: Final = Literal(True)
 FALSE: Final = Literal(False)
 
 
-class Plan(NamedTuple):
-    """One file of the plan library."""
-
-    names: list[str]
-    ingredients: list[str]
-    roles: dict[str, list[str]]
-    body: str
-
-    def render(self, task: str, items: list[str]) -> list[str]:
-        """Return the plan's lines for a task with these items."""
-        environment = jinja2.Environment(
-            undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-        )
-        template = environment.from_string(self.body)
-        return template.render(task=task, items=items, roles=self.roles).splitlines()
-
-
 @cache
 def graph(*names: str) -> Graph:
     """Return the union of the named Turtle files of the kitchen."""
@@ -155,28 +138,9 @@ def action_names() -> set[str]:
 
 
 @cache
-def library() -> dict[str, Plan]:
+def library() -> dict[str, LibraryPlan]:
     """Return the plans of the library by file name."""
-    plans = {}
-    for path in sorted(LIBRARY.glob("*.plan")):
-        start, front, body = path.read_text(encoding="utf-8").split("---\n", 2)
-        assert start == ""
-        plans[path.stem] = Plan(body=body, **yaml.safe_load(front))
-    return plans
-
-
-def plans_for(task: str) -> list[tuple[int, int, str]]:
-    """Return the plans that serve a task as (words, letters, plan), the longest name first."""
-    words = set(re.findall(r"[\w']+", task))
-    return sorted(
-        (
-            (len(name.split()), len(name), plan)
-            for plan, content in library().items()
-            for name in content.names
-            if set(name.split()) <= words
-        ),
-        reverse=True,
-    )
+    return {plan.path.stem: plan for plan in read_library(LIBRARY)}
 
 
 def calls(lines: list[str]) -> list[tuple[str, list[str]]]:
@@ -187,9 +151,6 @@ def calls(lines: list[str]) -> list[tuple[str, list[str]]]:
         assert match, f"not a call: {line!r}"
         parsed.append((match[1], re.findall(r'"([^"]*)"', match[2])))
     return parsed
-
-
-# ------------------------------------------------------------------------------------- the graphs
 
 
 def test_size_is_at_least_that_of_the_published_graph() -> None:
@@ -296,9 +257,6 @@ def test_a_fact_is_a_line_and_things_are_sorted(name: str) -> None:
     assert sum(line != "." for line in lines) == len(graph(name))
 
 
-# -------------------------------------------------------------------------------------- the tasks
-
-
 @pytest.mark.parametrize("task", [*PAPER_RECIPES, *RECORDED_DISHES])
 def test_each_task_has_known_needs_and_goals_of_its_own(task: str) -> None:
     tasks = graph("tasks")
@@ -332,12 +290,9 @@ def test_no_alias_is_another_tasks_name() -> None:
     assert len(names) == len(set(names))
 
 
-# ------------------------------------------------------------------------------- the plan library
-
-
-def check_plan(plan: Plan, task: str, items: list[str]) -> None:
+def check_plan(plan: LibraryPlan, task: str, items: list[str]) -> None:
     """Fail unless the plan renders to known calls in which every item occurs."""
-    parsed = calls(plan.render(task, items))
+    parsed = calls(plan.render(task, items).splitlines())
     assert {action for action, _ in parsed} <= action_names() | {"whisk"}
     named = {argument for _, arguments in parsed for argument in arguments}
     assert set(items) <= named, f"forgotten: {set(items) - named}"
@@ -350,23 +305,15 @@ def check_plan(plan: Plan, task: str, items: list[str]) -> None:
 @pytest.mark.parametrize("task", [*PAPER_RECIPES, *RECORDED_DISHES])
 @pytest.mark.parametrize("extra", [[], ["tuna"]], ids=["own", "with tuna"])
 def test_a_library_plan_serves_each_task(task: str, extra: list[str]) -> None:
-    found = plans_for(task)
+    found = nearest_plan(task, library().values())
     assert found
-    check_plan(library()[found[0][2]], task, needs(task) + extra)
-
-
-@pytest.mark.parametrize("task", [*PAPER_RECIPES, *RECORDED_DISHES])
-def test_the_longest_name_is_the_same_by_words_and_by_letters(task: str) -> None:
-    found = plans_for(task)
-    most_words = {plan for words, _, plan in found if words == found[0][0]}
-    most_letters = max(found, key=lambda entry: entry[1])[2]
-    assert most_words == {most_letters}
+    check_plan(found[0], task, needs(task) + extra)
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in LIBRARY.glob("*.plan")))
 def test_each_plan_renders_with_its_own_ingredients(name: str) -> None:
     plan = library()[name]
-    check_plan(plan, plan.names[0], plan.ingredients)
+    check_plan(plan, plan.names[0], list(plan.ingredients))
     check_plan(plan, plan.names[0], ["tuna"])
 
 
@@ -385,8 +332,8 @@ def test_no_name_belongs_to_two_plans() -> None:
 
 
 def test_the_omelette_plan_holds_what_the_demo_shows() -> None:
-    lines = library()["omelette"].render("omelette", ["egg", "oil", "salt"])
-    parsed = calls(lines)
+    text = library()["omelette"].render("omelette", ["egg", "oil", "salt"])
+    parsed = calls(text.splitlines())
     assert 13 <= len(parsed) <= 20
     assert ("whisk", ["bowl"]) in parsed
     assert ("put_down_rec", ["skillet", "stove"]) in parsed
