@@ -244,7 +244,7 @@ def _now() -> datetime:
 
 
 def _parser() -> Callable[[str], Any]:
-    from adaptbot_cli.core.parse import parse
+    from adaptbot_cli.core.parsing import parse
 
     return parse
 

@@ -193,10 +193,12 @@ class Recorder:
         os.fsync(self.file.fileno())
 
 
-_REPLIES = frozenset(
-    {"reply", "calls", "tokens", "cost_usd", "answer", "by", "at", "kept", "revision", "turn", "model"}
+_GIVEN_BACK = frozenset(
+    {"reply", "calls", "tokens", "cost_usd", "answer", "by", "at", "kept", "revision"}
 )
 """What a document tells of the reply: given back in a replay, not compared."""
+
+_REPLIES = _GIVEN_BACK | {"error", "unmet"}
 
 
 @dataclass(slots=True)
@@ -219,6 +221,7 @@ class Player:
         if self._next_is(told["turn"]):
             self.current = self.turns[self.at]
             self.at += 1
+            self._known_keys(told)
             self._compare(told)
         elif told["turn"] in ("propose", "ask"):
             raise self._differs(f"the run comes to {_short(told)}, the transcript to {self._next()}")
@@ -273,12 +276,16 @@ class Player:
             raise self._differs(f"this {self.current.get('turn', 'turn')} lacks `{key}:`")
         return self.current[key]
 
+    def _known_keys(self, told: Document) -> None:
+        unknown = self.current.keys() - told.keys() - _REPLIES
+        if unknown:
+            kind = told["turn"]
+            raise self._differs(f"`{min(unknown)}:` is nothing that a {kind} turn tells")
+
     def _compare(self, told: Document) -> None:
-        for key, value in self.current.items():
-            if key not in _REPLIES and key in told and told[key] != value:
-                raise self._differs(f"{key}: {_difference(value, told[key])}")
-            if key not in _REPLIES and key not in told and key not in ("error", "unmet"):
-                raise self._differs(f"`{key}:` is nothing that a {told['turn']} turn tells")
+        for key in told.keys() & self.current.keys() - _GIVEN_BACK:
+            if told[key] != self.current[key]:
+                raise self._differs(f"{key}: {_difference(self.current[key], told[key])}")
 
     def _differs(self, how: str) -> ReplayError:
         number = self.at if self.current else self.at + 1

@@ -33,7 +33,7 @@ def variants(name: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((name, base, *plurals, base + "s")))
 
 
-def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.5) -> list[str]:
+def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6) -> list[str]:
     """Return the known names most like `name`, best first; ties by name."""
     wanted = normal(name)
     scored = ((_likeness(wanted, normal(other)), other) for other in known)

@@ -23,6 +23,7 @@ T = TypeVar("T")
 
 _ITEM_REACH = {"synonym": 0, "hypernym": 2, "hyponym": 1}
 _ACTION_REACH = {"synonym": 0, "hypernym": 1}
+_NEAR = 2
 """How many edges away a related word may be: an action stands for broader ones only."""
 
 _PREPOSITIONS = frozenset({"on", "onto", "in", "into", "inside", "upon", "atop"})
@@ -259,8 +260,9 @@ def _unknown_action(name: str, scene: Scene) -> Finding:
 def near_actions(name: str, scene: Scene) -> list[str]:
     """Return names of actions near a name: related words first, then spelling."""
     related = [
-        known
+        action.name
         for word in scene.known.get(normal(name), ())
-        for known in sorted(_actions_called(word.word, scene))
+        for action in scene.domain.actions.values()
+        if word.distance <= _NEAR and word.word in (action.name, action.verb, *action.aliases)
     ]
     return list(dict.fromkeys([*related, *nearest(name, scene.domain.actions)]))[:5]

@@ -39,7 +39,7 @@ def understand(call: Call, scene: Scene) -> Sound:
         return Sound(call, None, dropped=aside)
     named = resolve.action(call.action, scene)
     if named.action is None:
-        findings = (named.finding, *_argument_findings(call, scene))
+        findings = dict.fromkeys((named.finding, *_argument_findings(call, scene)))
         return Sound(call, None, findings=tuple(f for f in findings if f))
     action, kind_change = _of_the_items_kind(named.action, call, scene)
     changes = tuple(change for change in (named.change, kind_change) if change)
@@ -97,7 +97,7 @@ def _bind(action: Action, call: Call, scene: Scene, changes: tuple[Change, ...])
         slots = slots[slots.index(read.parameter) + 1 :]
         if read.finding is not None:
             findings.append(read.finding)
-        if read.value is not None:
+        elif read.value is not None:
             values[read.parameter.name] = read.value
         if read.named.change is not None and read.named.change not in found_changes:
             found_changes.append(read.named.change)

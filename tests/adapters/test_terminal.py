@@ -64,9 +64,14 @@ def existence(about: str = "spaner", text: str = "", known: tuple[str, ...] = KN
 QUESTIONS = {
     "existence": existence(),
     "nothing known": existence(known=()),
-    "attribute": Question("attribute", "plank", "Can one drill plank?", "drillable", "item", yes_no()),
+    "attribute": Question(
+        "attribute", "plank", "Can one drill plank?", "drillable", "item", yes_no()
+    ),
     "kind": Question(
-        "kind", "spaner", "What is spaner?", choices=(Choice("part", "part"), Choice("tool", "tool"))
+        "kind",
+        "spaner",
+        "What is spaner?",
+        choices=(Choice("part", "part"), Choice("tool", "tool")),
     ),
     "place": Question(
         "place",
@@ -82,7 +87,9 @@ LESSONS = (
     Lesson(
         Delta(
             frozenset({(URIRef("http://example.org/w#plank"), URIRef("urn:w:in"), Literal("box"))}),
-            frozenset({(URIRef("http://example.org/w#plank"), URIRef("urn:w:in"), Literal("rack"))}),
+            frozenset(
+                {(URIRef("http://example.org/w#plank"), URIRef("urn:w:in"), Literal("rack"))}
+            ),
         ),
         QUESTIONS["place"],
         Answer("rack"),
@@ -243,13 +250,17 @@ def test_ctrl_c_interrupts_the_second_prompt(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("key", "kept"), [("y", True), (ENTER, True), ("n", False)])
 def test_review_shows_every_fact_and_asks(tmp_path: Path, key: str, kept: bool) -> None:
     terminal = Terminal(tmp_path, "review")
-    terminal.sees("plank is kept in the [bold]rack␛[2J", "plank in box", "plank in rack", "Keep this?")
+    terminal.sees(
+        "plank is kept in the [bold]rack␛[2J", "plank in box", "plank in rack", "Keep this?"
+    )
 
     assert terminal.types(key).ends() is kept
 
 
 def test_hostile_names_are_shown_and_do_nothing(tmp_path: Path) -> None:
-    terminal = Terminal(tmp_path, "hostile").sees("[red]x[/red] ␛[31mESC <b>b</b> {x} %s �right �2J")
+    terminal = Terminal(tmp_path, "hostile").sees(
+        "[red]x[/red] ␛[31mESC <b>b</b> {x} %s �right �2J"
+    )
     terminal.sees("ask me later").types("a").sees("type to filter 2", "spanner").types(ENTER)
     value, _, _ = terminal.ends()
 
@@ -265,7 +276,9 @@ def test_no_color_leaves_no_colour_in_the_prompts(tmp_path: Path) -> None:
     terminal.ends()
     codes = [c for codes in re.findall(r"\x1b\[([\d;]*)m", terminal.raw) for c in codes.split(";")]
 
-    assert not [code for code in codes if code.isdigit() and 30 <= int(code) != 39 and int(code) != 49]
+    assert not [
+        code for code in codes if code.isdigit() and 30 <= int(code) != 39 and int(code) != 49
+    ]
 
 
 def test_nobody_leaves_questions_for_later_and_keeps_what_was_learned() -> None:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.terminal.words import shown
+from adaptbot_cli.adapters.terminal.words import shown, title
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import nearest, sentence_list
 from adaptbot_cli.core.questions import (
@@ -98,7 +98,7 @@ class TerminalHuman:
             said = self._choose(question.text, choices)
             if said.value != _SAME:
                 return said
-            which = _WHICH.format(question.about.replace("_", " "))
+            which = _WHICH.format(title(question.about))
             known = [Choice(name, name) for name in question.known]
             name = self._prompts().by_typing(which, known, back=True)
             if name is not None:

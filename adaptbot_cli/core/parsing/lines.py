@@ -1,60 +1,39 @@
 """Reading a text line by line: prose, Markdown and code around the calls."""
 
-import keyword
 import re
 from dataclasses import dataclass, field
 
-from adaptbot_cli.core.control import Blocks, read_header
-from adaptbot_cli.core.jsonplan import read_json
+from adaptbot_cli.core.parsing.control import Blocks, read_header
+from adaptbot_cli.core.parsing.jsonplan import read_json
 from adaptbot_cli.core.plan import Call
-from adaptbot_cli.core.recap import SEPARATED, heading_strength
-from adaptbot_cli.core.scan import (
+from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
+from adaptbot_cli.core.parsing.scan import (
     UNCLOSED_QUOTE,
     Item,
     Reading,
     conditional,
-    name_before,
     read_args,
     shown,
     swallow,
 )
+from adaptbot_cli.core.parsing.shapes import alternative, call_name, is_call, trailing_condition
 
 # A plan takes a few hundred units: one for a line, one for a parenthesis, some for a fault.
-_EFFORT = 30_000
+_EFFORT = 20_000
 _FAULT = 9
 _JSON_UNIT = 16
-_LOOK = 60
 _LONG = 300
 
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
 _PREFIX = re.compile(r"[\s>|]*(?:(?:[-*+•·–—]|\(?\d{1,4}[.):]\)?|\#{1,6})\s+)*[*`]*")
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
-_TRAILING_IF = re.compile(r"[ \t`*]*(?=(?:if|unless)\b)")
-_QUOTED = re.compile(r"[ \t]*[\"'“‘]")
-_PLURAL = {"s", "es", "ies"}
-
-# What may stand before and behind a call that is no part of a sentence.
-_LABEL = (
-    r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?"
-    r"(?:(?:then|and|next|first|finally|lastly|now)\b[,:]?)?"
-)
-_BEFORE = re.compile(
-    rf"[\s>|*+\-•·–—`_;,.&#\"']*+(?:\(?\d{{1,4}}\s?[.:)|]+\s*+)?[*_`]*+{_LABEL}"
-    r"[\s`*_]*+(?:\w+\s*=\s*)?",
-    re.IGNORECASE,
-)
-_BEHIND = re.compile(
-    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→<&\])]|//|(?:then|and|s|sec\w*|min\w*|hours?)\b)"
-)
-_SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 
 _SILENT = re.compile(r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|end\s*\w*|<[/?]?\w[^<>]*>")
 _SENTENCE = re.compile(
     r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
 )
 _ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
-_BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
 
 
 @dataclass(slots=True)
@@ -212,73 +191,26 @@ class _Reader:
 
     def _scan(self, pos: int, end: int, condition: str) -> int:
         """Read the calls from `pos` to `end`, or to the end of the line where the last one ends."""
-        anchor = pos
+        anchor = floor = pos
         while True:
             paren = self._text.find("(", pos, end)
             if paren < 0 or _COMMENT.search(self._text, pos, paren):
                 return end
             self._at = anchor
             self._effort.spend(1)
-            named = self._name(anchor, paren)
+            named = call_name(self._text, anchor, floor, paren)
             reading = read_args(self._text, paren + 1) if named else None
+            floor = paren + 1
             if named is None or reading is None:
                 pos = paren + 1
-            elif not self._counts(anchor, *named, reading):
+            elif not is_call(self._text, anchor, *named, reading, self._fenced):
                 pos = min(reading.end, end)
             else:
-                condition = self._alternative(anchor, named[0]) or condition
-                pos = self._take(*named, reading, self._trailing_condition(reading) or condition)
+                condition = alternative(self._text, anchor, named[0]) or condition
+                condition = trailing_condition(self._text, reading) or condition
+                pos = self._take(*named, reading, condition)
                 end = end if pos <= end else self._line_end(pos)
-                condition = self._trailing_condition(reading) or condition
                 anchor = pos
-
-    def _name(self, anchor: int, paren: int) -> tuple[int, str] | None:
-        """Find the name before a parenthesis; with a space between, only where a line begins."""
-        named = name_before(self._text, paren, anchor)
-        if named is None and self._text[paren - 1 : paren] == " " and paren > anchor:
-            quoted = _QUOTED.match(self._text, paren + 1)
-            spaced = name_before(self._text, paren - 1, anchor) if quoted else None
-            named = spaced if spaced and self._leads(anchor, spaced[0]) else None
-        return None if named is None or keyword.iskeyword(named[1]) else named
-
-    def _counts(self, anchor: int, start: int, name: str, reading: Reading) -> bool:
-        """Tell by its shape whether a name and a parenthesis are meant as a call.
-
-        "the pan(s)" or "slice(s) of bread" in a sentence are not.
-        """
-        plural = not reading.quoted and len(reading.args) == 1 and reading.args[0] in _PLURAL
-        if self._fenced:
-            return not plural or self._stands_alone(anchor, start, reading)
-        if plural:
-            return False
-        if reading.quoted or "_" in name or self._text[max(0, start - 1) : start] == "`":
-            return True
-        if reading.error:
-            opened = self._text.find("(", start) + 1
-            return self._leads(anchor, start) and bool(_BROKEN.match(self._text, opened))
-        plain = all(_SIMPLE.fullmatch(arg) for arg in reading.args) or name.islower()
-        return plain and self._stands_alone(anchor, start, reading)
-
-    def _stands_alone(self, anchor: int, start: int, reading: Reading) -> bool:
-        behind = _BEHIND.match(self._text, reading.end)
-        return behind is not None and self._leads(anchor, start)
-
-    def _leads(self, anchor: int, start: int) -> bool:
-        """Tell whether nothing of a sentence stands between two offsets: "2. ", "; then "."""
-        return start - anchor <= _LOOK and bool(_BEFORE.fullmatch(self._text, anchor, start))
-
-    def _alternative(self, anchor: int, start: int) -> str:
-        """Name the condition of the second call in `clean("pan") or clean("pot")`."""
-        gap = self._text[anchor:start] if start - anchor <= _LOOK else ""
-        return "or" if gap.strip(" `*,") == "or" else ""
-
-    def _trailing_condition(self, reading: Reading) -> str:
-        """Find the condition behind a call: `clean("pan") if it is dirty`."""
-        match = None if reading.error else _TRAILING_IF.match(self._text, reading.end)
-        if match is None:
-            return ""
-        line = self._text[match.end() : min(self._line_end(match.end()), match.end() + _LONG)]
-        return line.partition("#")[0].strip()
 
     def _take(self, start: int, name: str, reading: Reading, condition: str) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""

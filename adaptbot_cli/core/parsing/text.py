@@ -1,8 +1,8 @@
 """The parser: from a language model's raw text to plan calls."""
 
-from adaptbot_cli.core.lines import read_text
+from adaptbot_cli.core.parsing.lines import read_text
 from adaptbot_cli.core.plan import Finding, Parsed, Written
-from adaptbot_cli.core.recap import without_repeats
+from adaptbot_cli.core.parsing.recap import without_repeats
 
 
 def parse(text: str) -> Parsed:
@@ -35,7 +35,7 @@ def _no_plan(text: str, findings: list[Finding]) -> str:
         return "The text holds no call that can be run: see what else was found in it."
     if sum(not c.isprintable() and not c.isspace() for c in text[:1000]) > len(text[:1000]) / 10:
         return "The text is not readable: it consists of control characters and holds no call."
-    return 'The text holds no call such as `pick_up_obj("egg")`: it is only prose.'
+    return 'The text holds no call such as `action("item")`: it is only prose.'
 
 
 def _place(finding: Finding) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
-from adaptbot_cli.core.scan import unescape
+from adaptbot_cli.core.parsing.scan import unescape
 
 Kind = Literal["string", "word", "list", "map"]
 

@@ -1,0 +1,203 @@
+"""The plan as a table: what was written, what it became, the verdict; below it what is open."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from adaptbot_cli.adapters.display.words import (
+    BAD,
+    GAP,
+    GOOD,
+    WARNING,
+    Mark,
+    columns,
+    count,
+    heading,
+    join,
+    said,
+    wrapped,
+)
+from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.core.plan import Finding, Step
+from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.terms import local
+
+_MARKS: Mapping[str, Mark] = {
+    "ok": GOOD,
+    "changed": Mark("~", "yellow"),
+    "inserted": Mark("+", "cyan"),
+    "dropped": Mark("−", "magenta"),
+    "finding": BAD,
+}
+_VERDICT = len("+ inserted")
+_WORDS = re.compile(r"\w+|\W")
+
+
+def plan_table(report: Report, kg: Kg, width: int, also: Sequence[Finding] = ()) -> RenderableType:
+    """Return a plan's steps, its substitutions and its findings, at most `width` columns wide.
+
+    `also` are findings that came after the check: what stopped the execution, a goal not met.
+    """
+    findings = (*report.findings, *also)
+    parts: list[RenderableType] = [heading("Plan"), _steps(report.steps, width)]
+    if not report.steps:
+        parts = [heading("Plan"), Text("no step could be read from it", "dim")]
+    substitutions = _substitutions(report.steps)
+    if substitutions is not None:
+        parts += [Text(), heading("Substitutions"), substitutions]
+    if findings:
+        parts += [Text(), heading("Findings"), _findings(findings, kg)]
+    return Group(*parts)
+
+
+def summary(report: Report) -> str:
+    """Say in a line what became of a plan: "19 steps, 7 changed, 2 findings"."""
+    tally = dict.fromkeys(_MARKS, 0)
+    for step in report.steps:
+        tally[step.status] += 1
+    parts = [count(len(report.steps), "step")]
+    told = [status for status in ("changed", "inserted", "dropped") if tally[status]]
+    parts += [f"{tally[status]} {status}" for status in told]
+    open_ = len(_merged(report.findings))
+    parts += [count(open_, "finding") if open_ else "nothing open"]
+    return ", ".join(parts)
+
+
+def _steps(steps: Sequence[Step], width: int) -> Table:
+    digits = len(str(len(steps)))
+    texts = [_texts(step, before) for before, step in zip((None, *steps), steps, strict=False)]
+    space = max(width - digits - _VERDICT - 2 * GAP, 2 * GAP)
+    shares = _shares([pair for pair in texts if pair[1]], space - GAP)
+    alone = max((left.cell_len for left, right in texts if not right), default=1)
+    table = columns(digits, min(space, max(sum(shares) + GAP, alone)), _VERDICT)
+    table.columns[0].justify = "right"
+    for number, (step, pair) in enumerate(zip(steps, texts, strict=True), start=1):
+        table.add_row(Text(str(number), "dim"), _side_by_side(pair, shares), _verdict(step))
+    return table
+
+
+def _side_by_side(pair: tuple[Text, Text], shares: tuple[int, int]) -> RenderableType:
+    """Two texts beside each other; a text alone has all the room, so that it rarely wraps."""
+    if not pair[1]:
+        return wrapped(pair[0])
+    table = columns(*shares)
+    table.add_row(*map(wrapped, pair))
+    return table
+
+
+def _shares(texts: Iterable[tuple[Text, Text]], space: int) -> tuple[int, int]:
+    """The widths of the two middle columns: what they need, or what there is, shared fairly."""
+    wrote = became = 1
+    for left, right in texts:
+        wrote, became = max(wrote, left.cell_len), max(became, right.cell_len)
+    half = max(space // 2, 1)
+    if wrote + became <= space:
+        return wrote, became
+    if wrote <= half:
+        return wrote, max(space - wrote, 1)
+    return (max(space - became, 1), became) if became <= half else (half, max(space - half, 1))
+
+
+def _texts(step: Step, before: Step | None) -> tuple[Text, Text]:
+    """What stands in the two middle columns: the model's words, and what the step is now."""
+    call = step.call.render()
+    again = before is not None and (before.status, before.reason) == (step.status, step.reason)
+    why = Text() if again else said(step.reason, "dim italic")
+    if step.status == "inserted":
+        return (Text("because ", "dim italic").append_text(why) if why else why), said(call, "cyan")
+    written = said(step.source or call)
+    if step.status == "dropped":
+        written.stylize("dim strike")
+        return written, why
+    if _squashed(call) == _squashed(step.source or call):
+        return written, Text()
+    return written, _marked(call, {change.target for change in step.changes})
+
+
+def _squashed(call: str) -> str:
+    return re.sub(r"""[\s"'`]""", "", call).lower()
+
+
+def _marked(call: str, targets: set[str]) -> Text:
+    """A call with the names in it that were put there."""
+    text = Text()
+    for word in _WORDS.findall(call):
+        text.append_text(said(word, "yellow" if word in targets else "dim"))
+    text.truncate(said(call).cell_len, overflow="ellipsis")
+    return text
+
+
+def _verdict(step: Step) -> Text:
+    mark = _MARKS[step.status]
+    if step.codes:
+        mark = mark if step.status == "finding" else WARNING
+        more = f" +{len(step.codes) - 1}" if len(step.codes) > 1 else ""
+        return Text(f"{mark.sign} {step.codes[0]}{more}", mark.style)
+    return Text.assemble((f"{mark.sign} ", mark.style), (step.status, mark.style))
+
+
+def _substitutions(steps: Iterable[Step]) -> Table | None:
+    """Every substitution once, with its evidence and how many steps it changed."""
+    counts: dict[tuple[str, str, str, bool], int] = {}
+    for step in steps:
+        for change in dict.fromkeys(step.changes if step.status == "changed" else ()):
+            human = change.approved == "human"
+            key = (change.source, change.target, change.evidence, human)
+            counts[key] = counts.get(key, 0) + 1
+    if not counts:
+        return None
+    table = columns(None, None)
+    for (source, target, evidence, human), steps_changed in counts.items():
+        arrow = join([said(source, longest=40), said(target, "yellow", 40)], " → ")
+        why = said(f"{evidence}, approved by a person" if human else evidence)
+        why.append(f" ({count(steps_changed, 'step')})", "dim")
+        table.add_row(arrow, why)
+    return table
+
+
+def _findings(findings: Iterable[Finding], kg: Kg) -> Table:
+    table = columns(None, None, None)
+    for column in table.columns[:2]:
+        column.no_wrap = True
+    for finding, places in _merged(findings):
+        mark = BAD if CODES[finding.code].open else WARNING
+        code = Text(f"{mark.sign} {finding.code}", mark.style)
+        table.add_row(code, Text(_where(places, finding), "dim"), _sentence(finding, kg))
+    return table
+
+
+def _merged(findings: Iterable[Finding]) -> list[tuple[Finding, list[int]]]:
+    """Findings that say the same of several steps as one, with the numbers of the steps."""
+    merged: dict[tuple[str, str], tuple[Finding, list[int]]] = {}
+    for finding in findings:
+        _, places = merged.setdefault((finding.code, finding.message), (finding, []))
+        if finding.step is not None and finding.step not in places:
+            places.append(finding.step)
+    return list(merged.values())
+
+
+def _where(places: Sequence[int], finding: Finding) -> str:
+    if places:
+        return ("step " if len(places) == 1 else "steps ") + sentence_list([*map(str, places)], 3)
+    return f"line {finding.line}" if finding.line is not None else "plan"
+
+
+def _sentence(finding: Finding, kg: Kg) -> Text:
+    text = said(finding.message, longest=3 * 90)
+    options = _options(finding, kg)
+    if options:
+        text.append_text(said(f"; could be {sentence_list(options)}", "dim"))
+    return text
+
+
+def _options(finding: Finding, kg: Kg) -> list[str]:
+    """The names that would do, unless the sentence says them or it is a property that is meant."""
+    properties = {local(iri) for iri in kg.domain.properties}
+    names = [name for name in finding.candidates if name not in properties]
+    said_already = {*re.findall(r"\w+", finding.message)}
+    return [] if said_already & {*names} else names

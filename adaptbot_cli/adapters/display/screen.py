@@ -1,0 +1,219 @@
+"""The screen of a run: one observer of its turns."""
+
+from dataclasses import dataclass, field
+
+from rich.console import Console, Group, RenderableType
+from rich.measure import Measurement
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from adaptbot_cli.adapters.display.diff import diff_table
+from adaptbot_cli.adapters.display.plan import plan_table, summary
+from adaptbot_cli.adapters.display.words import (
+    BAD,
+    GOOD,
+    PASSING,
+    WARNING,
+    Mark,
+    count,
+    join,
+    said,
+)
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.turns import Ask, Checked, Execute, Learned, Propose, Review, Turn
+
+WIDE = 110
+"""From how many columns on the plan and the changes stand side by side."""
+
+_BETWEEN = 4
+_MOST_FOR_CHANGES = 0.42
+
+
+@dataclass(slots=True)
+class Screen:
+    """Shows a run as it goes: a line for each event, the plan before questions and at the end.
+
+    `planner_line` says who plans. With `asks` False nobody is asked anything, and the plan is
+    shown at the end only.
+    """
+
+    console: Console
+    kg: Kg
+    task: Task
+    planner_line: str
+    asks: bool = True
+    _started: bool = field(default=False, init=False)
+    _report: Report | None = field(default=None, init=False)
+    _shown: str | None = field(default=None, init=False)
+    _last: Text | None = field(default=None, init=False)
+
+    def asked(self, turn: Turn) -> None:
+        """Show what must be seen before a turn is performed."""
+        if not self._started:
+            self._started = True
+            self._header()
+        if isinstance(turn, Propose) and turn.attempt:
+            open_ = count(len({(f.code, f.message) for f in turn.findings}), "finding")
+            self._note(PASSING, f"asking for another plan: {open_} still open")
+        if isinstance(turn, Ask) and self.asks:
+            self._plan_once()
+        if isinstance(turn, Ask | Review) and self.asks:
+            self._gap()
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """Show what came of a turn."""
+        if isinstance(turn, Checked):
+            self._report = turn.report
+            mark = PASSING if turn.report.executable else WARNING
+            self._note(mark, f"checked: {summary(turn.report)}")
+        elif isinstance(turn, Learned):
+            self._note(GOOD, f"learned: {turn.lesson.sentence}")
+        elif isinstance(turn, Execute) and isinstance(reply, Outcome):
+            self._executed(reply)
+
+    def finish(self, result: Result, committed: str | None) -> None:
+        """Show the final plan, what the run changes, and what it came to.
+
+        `committed` is the revision that holds what was learned, if it was committed.
+        """
+        self._gap()
+        self.console.print(_both(result, self.kg, self.console))
+        self.console.print()
+        self.console.print(_verdict(result))
+        self.console.print(_sizes(result, committed))
+        if result.usage != Usage():
+            self.console.print(_cost(result.usage))
+
+    def _header(self) -> None:
+        parts = [said(self.task.name.replace("_", " "), "bold"), said(self.kg.domain.name)]
+        self.console.print(join([*parts, said(self.planner_line, "dim", 300)], " · "))
+
+    def _plan_once(self) -> None:
+        """Show the plan, unless its text has been shown before: each answer changes it a little."""
+        if self._report is None or self._report.text == self._shown:
+            return
+        self._shown = self._report.text
+        self._gap()
+        self.console.print(plan_table(self._report, self.kg, self.console.width))
+        self._last = None
+
+    def _gap(self) -> None:
+        """Leave a line blank, one only however many parts of the screen ask for it."""
+        if self._last != Text():
+            self.console.print()
+        self._last = Text()
+
+    def _executed(self, outcome: Outcome) -> None:
+        if outcome.error is not None:
+            where = f" at step {outcome.error.step}" if outcome.error.step is not None else ""
+            self._note(BAD, f"execution stopped{where}: {outcome.error.message}")
+        elif outcome.unmet:
+            self._note(WARNING, f"executed on a copy of the state: {_conditions(outcome)}")
+        else:
+            self._note(GOOD, "executed on a copy of the state: goal met")
+
+    def _note(self, mark: Mark, text: str) -> None:
+        """Print a line, unless it says what the line before says."""
+        line = _line(mark, text, "dim" if mark is PASSING else "")
+        if line != self._last:
+            self.console.print(_hanging(line))
+        self._last = line
+
+
+def _hanging(line: Text) -> RenderableType:
+    """A line whose continuation is set off from its sign."""
+    table = Table.grid(padding=(0, 1, 0, 0))
+    table.add_row(line[:1], line[2:])
+    return table
+
+
+def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
+    """The plan and the changes: side by side if the console is wide enough, else stacked."""
+    width = console.width
+    report, outcome = result.report, result.outcome
+    also = _after(outcome)
+    deltas = outcome.deltas if outcome is not None else None
+
+    def changes(columns: int) -> RenderableType:
+        return diff_table(result.lessons, deltas, kg, columns, result.report.task.required)
+
+    if width < WIDE:
+        return Group(plan_table(report, kg, width, also), Text(), changes(width))
+    right = changes(int(width * _MOST_FOR_CHANGES))
+    needs = Measurement.get(console, console.options, right).maximum
+    right_width = min(needs, int(width * _MOST_FOR_CHANGES))
+    left_width = width - right_width - _BETWEEN
+    table = Table.grid(padding=(0, _BETWEEN, 0, 0), pad_edge=False)
+    table.add_column(width=left_width)
+    table.add_column(width=right_width)
+    table.add_row(plan_table(report, kg, left_width, also), right)
+    return table
+
+
+def _after(outcome: Outcome | None) -> tuple[Finding, ...]:
+    """The findings that came with the execution."""
+    if outcome is None:
+        return ()
+    return (*((outcome.error,) if outcome.error else ()), *outcome.unmet)
+
+
+def _verdict(result: Result) -> Text:
+    if result.verdict == "no_plan":
+        return _line(BAD, "no plan: no step could be read from the text", "bold")
+    if result.goal_met:
+        return _line(GOOD, "executable, goal met", "bold")
+    said_so = "executable, but the goal is not met"
+    if result.verdict != "executable":
+        said_so = "not executable"
+    return _line(BAD, f"{said_so}: {_lacking(result)}", "bold")
+
+
+def _lacking(result: Result) -> str:
+    """What stands against a plan: the sentence if there is one, else how many; what is missing."""
+    outcome = result.outcome
+    open_ = dict.fromkeys(f.message for f in (*result.report.open, *_after(outcome)))
+    text = next(iter(open_)) if len(open_) == 1 else f"{count(len(open_), 'finding')} open"
+    missing = dict.fromkeys((*result.report.missing, *(outcome.missing if outcome else ())))
+    return f"{text}; missing: {sentence_list([*missing])}" if missing else text
+
+
+def _line(mark: Mark, text: str, style: str) -> Text:
+    return join([Text(mark.sign, mark.style), said(text, style, 300)], " ")
+
+
+def _sizes(result: Result, committed: str | None) -> RenderableType:
+    before, after = result.sizes
+    parts = [f"graph: {after[0]} nodes, {after[1]} edges"]
+    if before != after:
+        parts = [f"graph: {before[0]} → {after[0]} nodes, {before[1]} → {after[1]} edges"]
+    if result.lessons:
+        kept = f"committed as {committed[:7]}" if committed else "not committed"
+        parts.append(f"{count(len(result.lessons), 'lesson')} {kept}")
+    else:
+        parts.append("nothing learned")
+    return _facts(parts)
+
+
+def _conditions(outcome: Outcome) -> str:
+    return f"the goal is not met ({count(len(outcome.unmet), 'condition')})"
+
+
+def _cost(usage: Usage) -> RenderableType:
+    parts = []
+    if usage.model_calls:
+        parts.append(f"{count(usage.model_calls, 'plan')} proposed")
+    if usage.prompt_tokens or usage.completion_tokens:
+        parts.append(f"{usage.prompt_tokens} + {usage.completion_tokens} tokens")
+    if usage.cost_usd is not None:
+        parts.append(f"${usage.cost_usd:.4f}")
+    if usage.questions:
+        parts.append(f"{count(usage.questions, 'question')} answered")
+    return _facts(parts)
+
+
+def _facts(parts: list[str]) -> RenderableType:
+    return Padding(said(" · ".join(parts), "dim", 300), (0, 0, 0, 2))

@@ -1,0 +1,67 @@
+"""Words on the screen: text from outside as plain text, counts, and the layout all tables share."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rich.console import OverflowMethod
+from rich.table import Table
+from rich.text import Text
+
+from adaptbot_cli.core.visible import visible
+
+LONGEST = 90
+"""How many columns of a terminal a name or a line from outside may take, wrapped or not."""
+
+GAP = 2
+"""Blank columns between two columns of a table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A sign and its colour: what a thing is called must be readable without either."""
+
+    sign: str
+    style: str
+
+
+GOOD = Mark("✓", "green")
+BAD = Mark("✗", "red")
+WARNING = Mark("!", "yellow")
+PASSING = Mark("·", "dim")
+
+
+def said(text: str, style: str = "", longest: int = LONGEST) -> Text:
+    """Return text from outside as it may be shown: never markup, never an escape code."""
+    shown = Text(visible(text), style)
+    shown.truncate(longest, overflow="ellipsis")
+    return shown
+
+
+def wrapped(text: Text) -> Text:
+    """Let a text go on in the next line where a table would crop it."""
+    text.no_wrap, text.overflow = False, "fold"
+    return text
+
+
+def join(parts: Iterable[Text], between: str = "  ") -> Text:
+    """Join texts that keep their styles."""
+    return Text(between).join(parts)
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """Say how many there are: "1 step", "2 steps"."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def columns(*widths: int | None) -> Table:
+    """Return an empty table without lines; a column of width None takes what it needs and wraps."""
+    table = Table.grid(padding=(0, GAP, 0, 0), pad_edge=False)
+    for width in widths:
+        overflow: OverflowMethod = "fold" if width is None else "ellipsis"
+        table.add_column(width=width, no_wrap=width is not None, overflow=overflow)
+    return table
+
+
+def heading(text: str) -> Text:
+    """Return the heading of a part of the screen."""
+    return Text(text, "bold")

@@ -1,0 +1,455 @@
+"""The parser: one small text per behaviour, its properties, and the published recordings."""
+
+import json
+import keyword
+import os
+import re
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.plan import Call, Parsed
+
+_DEFAULT = Path(__file__).parents[4] / "shared" / "published"
+PUBLISHED = Path(os.environ.get("ADAPTBOT_PUBLISHED", _DEFAULT)) / "plans.dev.jsonl"
+
+PLAN = """pick_up_obj("egg", "initial_onto.ttl") # get the egg
+put_down_obj("egg", "pan")
+switch("stove", "updated_onto.ttl")
+wait(5)
+switch("stove", "updated_onto.ttl")
+put_down_obj("egg", "plate")
+"""
+
+
+def lines(text: str) -> list[str]:
+    """The calls in a text as plan lines."""
+    return [written.call.render() for written in parse(text).calls]
+
+
+def codes(text: str) -> list[str]:
+    return [finding.code for finding in parse(text).findings]
+
+
+def message(text: str, code: str) -> str:
+    found = [f.message for f in parse(text).findings if f.code == code]
+    assert len(found) == 1, parse(text).findings
+    return found[0]
+
+
+def assert_sound(text: str) -> Parsed:
+    """Check what holds of every text, and return the parse."""
+    parsed = parse(text)
+    rows = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    places = [(w.line, w.column) for w in parsed.calls]
+    assert places == sorted(places)
+    for finding in parsed.findings:
+        assert finding.code in CODES
+        assert finding.line is not None
+        assert finding.column is not None
+        assert finding.message.isprintable()
+        places.append((finding.line, finding.column))
+    for line, column in places:
+        assert 1 <= line <= len(rows)
+        assert 1 <= column <= len(rows[line - 1]) + 1
+    assert parsed.calls or "P101" in [finding.code for finding in parsed.findings]
+    return parsed
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('wait(5)\nclean("pan")', ["wait(5)", 'clean("pan")']),
+        ('12. `pick_up_obj("egg")` # the egg', ['pick_up_obj("egg")']),
+        ('3) clean("pan")', ['clean("pan")']),
+        ("- wait(5)", ["wait(5)"]),
+        ("* **wait(5)**", ["wait(5)"]),
+        ("**Step 2:** wait(5)", ["wait(5)"]),
+        ("> wait(5)", ["wait(5)"]),
+        ("Next, wait(5) minutes.", ["wait(5)"]),
+        ("'wait(5)',", ["wait(5)"]),
+        ('pick-up("egg")', ['pick-up("egg")']),
+        ("| 2 | wait(5) | boil |", ["wait(5)"]),
+        ("<action>wait(5)</action>", ["wait(5)"]),
+        ('### 1. `clean("pan")`', ['clean("pan")']),
+        ('pick\\_up\\_obj("egg")', ['pick_up_obj("egg")']),
+        ('clean("pan") // the pan', ['clean("pan")']),
+        ('clean("pan"); wait(5);', ['clean("pan")', "wait(5)"]),
+        ('clean("pan"), then wait(5) and fry("egg")', ['clean("pan")', "wait(5)", 'fry("egg")']),
+        ("clean(pan) -> a clean pan", ['clean("pan")']),
+        ("mix()", ["mix()"]),
+        ('slice(\n  "egg",  # boiled\n\t"knife",\n)', ['slice("egg", "knife")']),
+        ('robot.pick_up("egg")', ['pick_up("egg")']),
+        ('egg = get_egg("fridge")', ['get_egg("fridge")']),
+        ('slice ( "egg", "knife" )', ['slice("egg", "knife")']),
+        ('\tclean("a")\r\nclean("b")\rclean("c")', ['clean("a")', 'clean("b")', 'clean("c")']),
+        ('# clean("pan")\nwait(1) # then clean("pot")', ["wait(1)"]),
+    ],
+)  # fmt: skip
+def test_reads_calls_in_markdown_and_code(text: str, expected: list[str]) -> None:
+    assert lines(text) == expected
+    assert not parse(text).findings
+
+
+@pytest.mark.parametrize(
+    ("text", "args"),
+    [
+        ("fry('egg')", ("egg",)),
+        ("fry(“egg”)", ("egg",)),
+        ("fry(‘egg’)", ("egg",)),
+        ("fry(`egg`)", ("egg",)),
+        ("fry(egg)", ("egg",)),
+        ("fry(Egg on bread, pan)", ("Egg on bread", "pan")),
+        ("fry('baker's egg')", ("baker's egg",)),
+        (r'fry("the \"good\" egg")', ('the "good" egg',)),
+        (r'fry("caf\u00e9 \ud83c\udf73")', ("café 🍳",)),
+        (r'fry("a\q\\b")', ("a\\q\\b",)),
+        ('fry(" egg ", "", , )', ("egg",)),
+        ("fry(true, 2.5, -1)", ("true", "2.5", "-1")),
+        ('fry(obj="egg", tool=pan)', ("egg", "pan")),
+        ('fry(obj: "egg")', ("egg",)),
+        ('fry("egg, (raw) # [x]")', ("egg, (raw) # [x]",)),
+        ('fry("egg", "updated_onto.ttl")', ("egg",)),
+        ('fry("egg", ".llm_kg_humanupdated_onto.ttl")', ("egg",)),
+        ('fry("egg", onto=initial_onto.TTL)', ("egg",)),
+        ('fry("egg", "on")', ("egg", "on")),
+    ],
+)
+def test_reads_arguments_as_written(text: str, args: tuple[str, ...]) -> None:
+    assert [written.call for written in parse(text).calls] == [Call("fry", args)]
+    assert not parse(text).findings
+
+
+def test_tells_where_and_how_a_call_is_written() -> None:
+    (written,) = parse("Plan:\n\n 2. `fry( 'egg' )`;  # now").calls
+    assert (written.source, written.line, written.column) == ("fry( 'egg' )", 3, 6)
+
+
+def test_reads_several_fences_and_the_prose_between() -> None:
+    text = (
+        '```python\nwait(1)\n```\nThen fry:\n  ~~~\n  fry("egg")\n  ~~~\n```\nwait(2)\n```\nDone.'
+    )
+    assert lines(text) == ["wait(1)", 'fry("egg")', "wait(2)"]
+    assert not parse(text).findings
+
+
+def test_a_forgotten_closing_fence_does_no_harm() -> None:
+    assert lines("```python\nwait(1)\n\n```python\nwait(2)\n```\nThat is all of it, folks") == [
+        "wait(1)",
+        "wait(2)",
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "The pan (if clean) goes on the stove.",
+        "Take the slice(s) of bread and the egg(s).",
+        "- egg(s)",
+        "slice(s) of bread",
+        "### Chain of Thought (COT):",
+        "COT(Chain of Thought): first the egg",
+        "We use `mix_contents` instead of `mash_contents`.",
+        "I will use the item specified (`mop_cloth`).",
+        "If the pan is dirty, clean it first.",
+        "For the salad:",
+        'The ingredients are ["egg", "bread"].',
+        "Ingredients: egg(2), bread(1) and so on",
+    ],
+)
+def test_prose_is_no_call(text: str) -> None:
+    assert codes(text) == ["P101"]
+    assert codes(f"{text}\nwait(1)") == []
+    assert lines(f"{text}\nwait(1)") == ["wait(1)"]
+
+
+def test_prose_may_hold_calls_in_backticks_quotes_or_with_an_underscore() -> None:
+    text = 'First `wait(5)` a bit, use clean("pan") and turn_on(stove) now.'
+    assert lines(text) == ["wait(5)", 'clean("pan")', 'turn_on("stove")']
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('put_down(pick_up("egg"))', "a call inside the call"),
+        ('fry("egg"', "parenthesis is never closed"),
+        ("fry(egg", "parenthesis is never closed"),
+        ('fry("egg)', "quote is never closed"),
+        ('fry("egg" "pan")', "a comma is missing"),
+        ('mix(["egg", "milk"])', "a list or an object"),
+        ('pick_up_obj "egg"', "arguments in parentheses"),
+        ("pick_up_obj[egg]", "arguments in parentheses"),
+        ('```\naction "egg" "plate"\n```', "not a call"),
+        ("```\nimport time\n```", "not a call"),
+        ('```\nprint("done")\n```', "printing is not a step"),
+    ],
+)
+def test_an_attempt_that_cannot_be_read_is_a_finding(text: str, why: str) -> None:
+    assert why in message(text, "P102")
+    (finding,) = (f for f in parse(f"wait(1)\n  {text}\nwait(2)").findings if f.code == "P102")
+    assert finding.line == 2 + text.startswith("```")
+    assert finding.column == (1 if text.startswith("```") else 3)
+    assert lines(f"wait(1)\n  {text}\nwait(2)") == ["wait(1)", "wait(2)"]
+
+
+def test_a_message_shows_no_control_characters_and_shortens_the_source() -> None:
+    text = 'pick_up_obj("\x1b[31m\x00' + "x" * 200
+    assert "`pick_up_obj(" in message(text, "P102")
+    assert message(text, "P102").isprintable()
+    assert len(message(text, "P102")) < 150
+
+
+def test_an_unclosed_call_does_not_take_the_next_line_with_it() -> None:
+    assert lines('fry("egg",\nwait(5)\n') == ["wait(5)"]
+    assert codes('fry("egg",\nwait(5)\n') == ["P102"]
+
+
+@pytest.mark.parametrize(
+    ("text", "condition"),
+    [
+        ('if is_full("sink"):\n    empty("sink")', 'if is_full("sink")'),
+        ('```python\nif dirty:\n\n    empty("sink")\n```', "if dirty"),
+        ('if dirty: empty("sink")', "if dirty"),
+        ('if dirty:\nempty("sink")', "if dirty"),
+        ('if (dirty) empty("sink");', "if (dirty)"),
+        ('if (dirty) {\n  empty("sink");\n}', "if (dirty)"),
+        ('IF dirty THEN empty("sink")', "IF dirty"),
+        ('else:\n    empty("sink")', "else"),
+        ('for toy in ("a", "b"):\n    empty("sink")', 'for toy in ("a", "b")'),
+        ('For each toy:\n- empty("sink")', "For each toy"),
+        ('while is_full("sink"):\n    empty("sink")', 'while is_full("sink")'),
+        ('try:\n    empty("sink")', "try"),
+        ('def main():\n    empty("sink")', "def main()"),
+        ('- If the sink is full:\n  - empty("sink")', "If the sink is full"),
+        ('If the sink is full, `empty("sink")` first. Then wait.', "If the sink is full"),
+        ('If the sink is full:\n\n```\nempty("sink")\n```\n', "If the sink is full"),
+        ('Otherwise, empty("sink").', "Otherwise"),
+        ('empty("sink") if full else None', "if full else None"),
+        ('[{"action": "empty", "args": ["sink"], "condition": "if full"}]', "if full"),
+    ],
+)
+def test_a_call_under_a_condition_is_a_finding(text: str, condition: str) -> None:
+    text += "\n\nwait(1)"
+    assert lines(text) == ["wait(1)"]
+    assert codes(text) == ["P103"]
+    assert "empty" in message(text, "P103")
+    assert condition in message(text, "P103")
+
+
+def test_every_call_of_a_body_is_told_of_and_the_block_ends_with_its_indentation() -> None:
+    text = (
+        "if a:\n    wait(1)\n    if b:\n        wait(2)\n    wait(3)\nelif c:\n    wait(4)\nwait(5)"
+    )
+    findings = parse(text).findings
+    assert lines(text) == ["wait(5)"]
+    assert [(f.code, f.line, f.column) for f in findings] == [
+        ("P103", 2, 5),
+        ("P103", 4, 9),
+        ("P103", 5, 5),
+        ("P103", 7, 5),
+    ]
+    assert "`if b`" in findings[1].message
+
+
+def test_the_second_of_two_alternatives_is_a_finding() -> None:
+    assert lines('clean("pan") or clean("pot")') == ['clean("pan")']
+    assert codes('clean("pan") or clean("pot")') == ["P103"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[{"action": "slice", "args": ["onion", "knife"]}, {"action": "wait", "args": [5]}]',
+        '{"plan": [{"name": "slice", "arguments": {"obj": "onion", "tool": "knife"}}, "wait(5)"]}',
+        'Here\'s it:\n```json\n{"steps": ["slice(onion, knife)", "wait(5)"]}\n```\nEnjoy!',
+        r'{"tool_calls": [{"type": "function", "function": {"name": "slice", "arguments":'
+        r' "{\"obj\": \"onion\", \"tool\": \"knife\"}"}}, {"function": {"name": "wait",'
+        r' "arguments": "{\"t\": 5}"}}]}',
+        '<tool_call>{"name": "slice", "arguments": {"a": "onion", "b": "knife"}}</tool_call>\n'
+        '<tool_call>\n{"name": "wait", "arguments": {"t": 5}}\n</tool_call>',
+        '{"action": "slice", "args": "onion, knife"}\n{"action": "wait", "args": 5}',
+        "plan = [\n  {'action': 'slice', 'args': ['onion', 'knife', 'updated_onto.ttl']},\n"
+        "  {'action': 'wait', 'args': [5, None]},\n]",
+        '[{"step": 1, "action": "slice", "object": "onion", "tool": "knife", "comment": "thin"},'
+        ' {"step": 2, "action": "wait(5)"}]',
+        'plan = [\n    slice("onion", "knife"),\n    wait(5),\n]',
+    ],
+)
+def test_reads_json_and_tool_calls(text: str) -> None:
+    assert lines(text) == ['slice("onion", "knife")', "wait(5)"]
+    assert not parse(text).findings
+
+
+def test_a_json_step_has_its_own_line_and_snippet() -> None:
+    text = '[\n  {"action": "slice", "args": ["onion"]},\n  {"action": "wait", "args": [5]}\n]'
+    second = parse(text).calls[1]
+    assert (second.line, second.column) == (3, 3)
+    assert second.source == '{"action": "wait", "args": [5]}'
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "why"),
+    [
+        ('[{"action": "wait", "args": [5]}, {"action": "fry", "args": ["e', ["wait(5)"], "breaks"),
+        ('[{"action": "wait", "args": [5]} {"x": 1}]', ["wait(5)"], "breaks off"),
+        ('["wait(5)", "then fry"]', ["wait(5)"], "not a step"),
+        ('{"plan": [{"action": "Fry the egg"}, "wait(5)"]}', ["wait(5)"], "not a name"),
+        ('[{"action": "wait", "args": [{"t": 5}]}]', [], "an argument is an object"),
+    ],
+)
+def test_json_that_cannot_be_read_is_a_finding(text: str, expected: list[str], why: str) -> None:
+    assert lines(text) == expected
+    assert why in message(text, "P102")
+
+
+def test_a_recap_is_dropped_once_told() -> None:
+    text = f"```\n{PLAN}```\n\n### Action Sequence Recap:\n\n```\n{PLAN}```\n"
+    assert len(parse(text).calls) == 6
+    assert [w.line for w in parse(text).calls] == list(range(2, 8))
+    assert "repeated from line 13: run once" in message(text, "P104")
+    assert "lines 13 to 18" in message(text, "P104")
+
+
+def test_the_ontology_argument_and_remarks_make_no_difference_to_a_recap() -> None:
+    again = PLAN.replace("initial_onto", "updated_onto").replace('", "pan"', '", "Pan"')
+    assert len(parse(f"{PLAN}\nIn short, once more.\n\n{again}").calls) == 6
+
+
+def test_a_recap_that_leaves_out_or_adds_a_call_is_dropped_with_a_word_about_it() -> None:
+    again = PLAN.replace("wait(5)\n", "") + 'clean("pan")\n'
+    text = f"{PLAN}\nHere is the complete action sequence:\n{again}"
+    assert lines(text) == lines(PLAN)
+    assert 'adds `clean("pan")`' in message(text, "P104")
+    assert "lacks 1 of the calls" in message(text, "P104")
+
+
+def test_the_fuller_telling_is_kept() -> None:
+    text = f'{PLAN}\n## Summary\n{PLAN}clean("pan")\n'
+    assert lines(text) == [*lines(PLAN), 'clean("pan")']
+    assert "lines 1 to 6" in message(text, "P104")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAN + PLAN,
+        f"{PLAN}\n### Final steps\n\n{PLAN.partition('switch')[0]}",
+        'clean("pan")\n\nAgain:\n\nclean("pan")\n',
+        f"{PLAN}\nNow the second egg:\n\n{PLAN.replace('egg', 'egg_2')}",
+    ],
+)
+def test_what_a_plan_does_twice_is_kept(text: str) -> None:
+    assert len(parse(text).calls) == text.count("(")
+    assert not parse(text).findings
+
+
+@pytest.mark.parametrize("text", ["", " \n\t\n", "\x00\x01\ud800\x7f", "Just fry it.", "()", "```"])
+def test_a_text_without_a_call_says_so(text: str) -> None:
+    parsed = assert_sound(text)
+    assert not parsed.calls
+    assert codes(text) == ["P101"]
+
+
+def test_a_text_far_too_long_for_a_plan_is_read_up_to_a_point_that_is_named() -> None:
+    parsed = parse('clean("pan")\n' * 50_000)
+    assert len(parsed.calls) > 5_000
+    assert "not read on from here" in parsed.findings[-1].message
+    assert parsed.findings[-1].line in (parsed.calls[-1].line, parsed.calls[-1].line + 1)
+
+
+NAMES = st.from_regex(r"\A[^\W\d]\w{0,12}\Z").filter(
+    lambda name: (
+        name.isidentifier() and not keyword.iskeyword(name.lower()) and name.lower() != "print"
+    )
+)
+ARGS = st.text(min_size=1, max_size=20).filter(
+    lambda arg: arg.isprintable() and arg == arg.strip() and not arg.lower().endswith(".ttl")
+) | st.sampled_from(['"', "\\", '\\"', "a, b", "f(x)", "# x", "```", "if a:", "[", "{", "5", "1.5"])
+CALLS = st.lists(st.builds(Call, NAMES, st.lists(ARGS, max_size=4).map(tuple)), max_size=8)
+FORMS = {
+    "lines": lambda rows: "\n".join(rows),
+    "fence": lambda rows: "```python\n" + "\n".join(rows) + "\n```",
+    "numbers": lambda rows: "\n".join(f"{i}. {row}" for i, row in enumerate(rows, 1)),
+    "bullets": lambda rows: "\n".join(f"- {row}" for row in rows),
+    "backticks": lambda rows: "\n".join(f"* `{row}`  # so" for row in rows),
+    "semicolons": lambda rows: "; ".join(rows),
+    "strings": lambda rows: json.dumps({"plan": rows}, indent=1),
+}
+NASTY = st.text(alphabet="ab_(){}[]\"'`“”‘’,;:.#/\\\n\r \t=<>|*-0") | st.lists(
+    st.sampled_from(
+        ["if x:", "else:", "a_b(", '"', "'", ")", "\n", "  ", "```", '{"action":', "[", "]", "}",
+         ",", "wait(5)", 'fry("egg")', "# ", "// ", " if ", "for i in x:", "recap:\n", "\ud800"]
+    )
+).map("".join)  # fmt: skip
+
+
+@given(CALLS, st.sampled_from(sorted(FORMS)))
+def test_reads_back_what_is_rendered(calls: list[Call], form: str) -> None:
+    text = FORMS[form]([call.render() for call in calls])
+    parsed = assert_sound(text)
+    assert [written.call for written in parsed.calls] == calls
+    assert {finding.code for finding in parsed.findings} <= {"P101"}
+
+
+@given(st.lists(st.builds(Call, NAMES, st.lists(ARGS, max_size=4).map(tuple)), min_size=1))
+def test_reads_back_what_is_json(calls: list[Call]) -> None:
+    text = json.dumps([{"action": call.action, "args": call.args} for call in calls])
+    assert [written.call for written in assert_sound(text).calls] == calls
+
+
+@settings(max_examples=300)
+@given(st.text() | NASTY)
+def test_no_text_raises(text: str) -> None:
+    assert_sound(text)
+    assert parse(text) == parse(text)
+
+
+@pytest.mark.parametrize(
+    "unit",
+    ["(", '"', "'", "`", "#", "{", "[", "{\n", "[\n", "if ", "if \n", "if a:\n ", "x", "\n", "a(",
+     "a(\n", "a(#", "a_b(“)", 'a_b("x"\n', "a(b,", "a(b) ", '["a(b)",', '{"action":"x"}\n', "[1,",
+     '{"a":', "* ", "****a(", "\\", "_", "```\n", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800"],
+)  # fmt: skip
+def test_a_megabyte_takes_less_than_a_second(unit: str) -> None:
+    text = unit * (1_000_000 // len(unit))
+    # Not the clock on the wall: other tests may be running.
+    start = time.process_time()
+    parse(text)
+    assert time.process_time() - start < 1
+
+
+def recorded() -> list[str]:
+    """Every answer of the published recordings, first answers first."""
+    if not PUBLISHED.exists():
+        pytest.skip(f"no recordings at {PUBLISHED} (set ADAPTBOT_PUBLISHED)")
+    runs = [json.loads(row) for row in PUBLISHED.read_text("utf-8").splitlines()]
+    answers = [trial["answers"] for run in runs for trial in run["trials"].values()]
+    return list(dict.fromkeys(text for rounds in answers for text in rounds))
+
+
+_CALLISH = re.compile(r"\b[a-z_]+\([^()]*\)")
+_LEFT_OUT = re.compile(r"leaving out lines? (\d+)(?: to (\d+))?")
+
+
+def test_no_call_of_the_recordings_is_lost() -> None:
+    for text in recorded():
+        parsed = assert_sound(text)
+        told = {w.line for w in parsed.calls} | {f.line for f in parsed.findings}
+        for finding in parsed.findings:
+            dropped = _LEFT_OUT.search(finding.message)
+            if dropped:
+                told |= set(range(int(dropped[1]), int(dropped[2] or dropped[1]) + 1))
+        for number, row in enumerate(text.split("\n"), 1):
+            assert number in told or not _CALLISH.search(row.partition("#")[0]), row
+
+
+def test_the_first_answers_hold_as_many_calls_as_counted_by_hand() -> None:
+    recorded()
+    for row in PUBLISHED.read_text("utf-8").splitlines():
+        for trial in json.loads(row)["trials"].values():
+            assert 3 <= len(parse(trial["answers"][0]).calls) <= 80

@@ -1,0 +1,120 @@
+"""One tiny plan for every code that raises it, and its sibling that does not."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from adaptbot_cli.core.examine import examine
+from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.questions import LATER
+from adaptbot_cli.core.turns import Propose
+from tests.driving import Script, drive
+from tests.worlds import parsed, scene, workshop
+
+# code: (a plan with it, a plan without it); "board" is required.
+PLANS = {
+    "E101": ("polish(board)", "drill_hole(board)"),
+    "E102": ("press(board)", "press(board, 3)"),
+    "E103": ("press(board, hard)", "press(board, 3 kg)"),
+    "E201": ("take(board)\nput(board)\ntake(gadget)", "take(board)\nput(board)\ntake(plank)"),
+    "E202": ("take(bench)", "take(board)"),
+    "E203": ("take(assembly)", "take(board)"),
+    "E204": ("take(everything)", "take(board)"),
+    "E301": ("drill_hole(plank)", "drill_hole(board)"),
+    "E302": ("drill_hole(vase)", "drill_hole(board)"),
+    "E401": ("sell(board)", "take(board)"),
+    "E501": ("wait(5)", "take(board)"),
+    "E503": ("dry_part(board)", "take(board)\nput(board, bench)"),
+    "W601": ("light(candle)", "turn_on(stove)"),
+    "W602": ("charge(drill)\ncharge(drill)", "charge(drill)"),
+}
+REPLANS = {
+    "E502": ("take(board)\nput(board)\ntake(gadget)", "wait(5)", "take(board)\nput(board)"),
+}
+"""What only a second plan can raise: the first plan, one that loses the board, one that does not."""
+
+
+def codes_of(plan: str) -> set[str]:
+    """The codes that a check of a plan reports."""
+    report = examine(parsed(plan), plan, scene(workshop(), "board"))
+    return {finding.code for finding in report.findings}
+
+
+@pytest.mark.parametrize("code", PLANS)
+def test_a_plan_that_raises_the_code(code: str) -> None:
+    assert code in codes_of(PLANS[code][0])
+
+
+@pytest.mark.parametrize("code", PLANS)
+def test_a_sibling_plan_that_does_not(code: str) -> None:
+    assert code not in codes_of(PLANS[code][1])
+
+
+def told_to_the_model(first: str, second: str) -> set[str]:
+    """The codes that the model is told when it is asked for a third plan."""
+    script = Script([first, second, first], LATER)
+    drive(Task("work", ("board",)), workshop(), script, replans=2)
+    last = [turn for turn in script.seen if isinstance(turn, Propose)][-1]
+    return {finding.code for finding in last.findings}
+
+
+def test_e502_where_a_new_plan_loses_a_required_item() -> None:
+    first, losing, keeping = REPLANS["E502"]
+    assert "E502" in told_to_the_model(first, losing)
+    assert "E502" not in told_to_the_model(first, keeping)
+
+
+def test_every_code_has_a_fixture() -> None:
+    texts = Path(__file__).with_name("test_parse.py").read_text(encoding="utf-8")
+    of_texts = set(re.findall(r"P\d{3}", texts))
+    assert set(CODES) == set(PLANS) | set(REPLANS) | of_texts
+
+
+@pytest.mark.parametrize("code", ["W601", "W602"])
+def test_a_warning_leaves_the_plan_executable(code: str) -> None:
+    plan = PLANS[code][0]
+    assert examine(parsed(plan), plan, scene()).executable
+
+
+@pytest.mark.parametrize("code", [c for c in PLANS if c < "E5"])
+def test_an_error_of_a_step_keeps_the_plan_from_being_executable(code: str) -> None:
+    plan = PLANS[code][0]
+    assert not examine(parsed(plan), plan, scene(workshop(), "board")).executable
+
+
+def test_all_findings_of_a_plan_are_reported_at_once() -> None:
+    codes = codes_of("polish(gadget)\ndrill_hole(vase)\ndrill_hole(plank)\nsell(candle)\nwait()")
+    assert {"E101", "E201", "E302", "E301", "E401"} <= codes
+
+
+def test_a_name_unknown_in_three_steps_is_one_finding_at_its_first_step() -> None:
+    plan = "wait(1)\ntake(gadget)\nput(gadget, bench)\ndry_part(gadget)"
+    report = examine(parsed(plan), plan, scene())
+    assert [(f.code, f.step, f.line) for f in report.findings] == [("E201", 2, 2)]
+    assert [step.codes for step in report.steps] == [(), ("E201",), ("E201",), ("E201",)]
+
+
+def test_a_name_is_unknown_once_though_different_things_are_near_it_in_different_places() -> None:
+    plan = "take(stov)\nput(board, stov)"
+    report = examine(parsed(plan), plan, scene())
+    assert [(f.code, f.subject) for f in report.findings] == [("E201", "stov")]
+
+
+def test_a_condition_that_fails_at_two_points_is_two_findings() -> None:
+    plan = "sell(board)\nwait(1)\nsell(board)"
+    report = examine(parsed(plan), plan, scene())
+    assert [(f.code, f.step) for f in report.findings if f.code == "E401"] == [
+        ("E401", 1),
+        ("E401", 3),
+    ]
+
+
+def test_a_finding_of_a_step_has_the_number_it_has_after_missing_steps_are_inserted() -> None:
+    plan = "take(board)\nsell(board)"
+    report = examine(parsed(plan), plan, scene())
+    finding = next(f for f in report.findings if f.code == "E401")
+    assert finding.step == 3
+    assert finding.line == 2
+    assert report.steps[finding.step - 1].source == "sell(board)"

@@ -1,0 +1,381 @@
+"""From an answer to facts: what each outcome of a question teaches, and what is asked next."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rdflib import RDF, Literal, URIRef
+
+from adaptbot_cli.core import learning, teach
+from adaptbot_cli.core.examine import examine
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.terms import AB, FALSE, TRUE
+from tests.worlds import W, facts, parsed, replaced, scene, workshop
+
+PART, TOOL = URIRef(W + "part"), URIRef(W + "tool")
+
+
+def checked(plan: str, at: Scene) -> Report:
+    return examine(parsed(plan), plan, at)
+
+
+class Lessons:
+    """A conversation about one plan, without the rest of the method."""
+
+    def __init__(self, plan: str, kg: Kg | None = None, *required: str) -> None:
+        self.plan = plan
+        self.scene = scene(kg, *required)
+        self.asked: dict[teach.Key, tuple[Question, Answer]] = {}
+
+    @property
+    def report(self) -> Report:
+        return checked(self.plan, self.scene)
+
+    @property
+    def question(self) -> Question | None:
+        return teach.next_question(self.report, self.scene, self.asked)
+
+    def say(self, value: str) -> Lesson | None:
+        """Answer the next question and take what it teaches."""
+        report, question, answer = self.report, self.question, Answer(value)
+        assert question is not None
+        self.asked[question.key] = (question, answer)
+        lesson = teach.learn(question, answer, report, self.scene)
+        if lesson is not None:
+            teach.take(lesson, self.scene)
+        return lesson
+
+    @property
+    def codes(self) -> list[str]:
+        return [finding.code for finding in self.report.findings]
+
+
+def kind_of(question: Question | None) -> str:
+    assert question is not None
+    return question.kind
+
+
+def test_an_unknown_item_is_asked_about_with_the_nearest_names_first() -> None:
+    question = Lessons("take_tool(dril)").question
+    assert question is not None
+    assert (question.kind, question.about, question.subject) == ("existence", "dril", "item")
+    assert question.text == 'I do not know "dril". Is there such a thing in this workshop?'
+    assert question.known[0] == "drill"
+    assert set(question.known) >= {"board", "bench", "saw"}
+    assert question.context == "take_tool(dril)"
+    assert [choice.value for choice in question.choices] == ["is", "absent", "exists", "later"]
+
+
+def test_mistaken_for_another_is_an_alias_and_the_plan_is_understood() -> None:
+    talk = Lessons("press(slab, 3)")
+    lesson = talk.say("is board")
+    assert lesson is not None
+    assert lesson.delta.added == {(URIRef(W + "board"), AB.alias, Literal("slab"))}
+    assert lesson.sentence == "slab is another name for board"
+    assert talk.codes == []
+    assert talk.question is None
+
+
+def test_mistaken_for_something_unknown_teaches_nothing() -> None:
+    assert Lessons("press(slab, 3)").say("is gadget") is None
+
+
+def test_an_alias_is_not_asked_for_its_place() -> None:
+    talk = Lessons("press(slab, 3)")
+    talk.say("is candle")  # the candle's place is not known either
+    assert talk.question is None
+
+
+def test_not_here_is_kept_and_never_asked_again() -> None:
+    talk = Lessons("press(slab, 3)")
+    lesson = talk.say("absent")
+    assert lesson is not None
+    workshop_iri = talk.scene.domain.iri
+    assert lesson.delta.added == {(workshop_iri, AB.absentItem, Literal("slab"))}
+    talk.asked.clear()
+    assert talk.question is None
+    assert talk.report.steps[0].status == "dropped"
+
+
+def test_a_required_item_that_is_not_here_stays_a_finding_without_a_question() -> None:
+    talk = Lessons("press(slab, 3)", None, "slab")
+    talk.say("absent")
+    talk.asked.clear()
+    assert talk.codes == ["E201"]
+    assert talk.question is None
+
+
+def test_it_exists_and_only_one_kind_fits_so_the_kind_is_not_asked() -> None:
+    talk = Lessons("press(slab, 3)")
+    lesson = talk.say("exists")
+    assert lesson is not None
+    slab = URIRef(W + "slab")
+    assert lesson.delta.added == {
+        (slab, RDF.type, PART),
+        (slab, URIRef(W + "called"), Literal("slab")),
+        (slab, URIRef(W + "dry"), FALSE),
+    }
+    assert kind_of(talk.question) == "place"
+
+
+def test_it_exists_and_two_kinds_fit_so_the_kind_is_asked() -> None:
+    talk = Lessons("put(slab)")
+    assert talk.say("exists") is None
+    question = talk.question
+    assert question is not None
+    assert (question.kind, question.text) == ("kind", "What is slab?")
+    assert [(c.value, c.label) for c in question.choices] == [
+        ("part", "part: worked on"),
+        ("tool", "tool"),
+    ]
+    talk.say("tool")
+    assert talk.scene.kg.is_a(URIRef(W + "slab"), [TOOL])
+
+
+def test_two_steps_with_a_name_narrow_its_kind() -> None:
+    talk = Lessons("put(slab)\npress(slab, 3)")
+    talk.say("exists")
+    assert talk.scene.kg.is_a(URIRef(W + "slab"), [PART])
+
+
+def test_the_place_is_asked_after_existence_and_becomes_a_state() -> None:
+    talk = Lessons("press(slab, 3)")
+    talk.say("exists")
+    question = talk.question
+    assert question is not None
+    assert (question.kind, question.text) == ("place", "Where is slab kept?")
+    # Where most things are kept comes first; not to know is an answer.
+    assert [choice.value for choice in question.choices] == [
+        "bench", "cupboard", "stove", "unknown"
+    ]  # fmt: skip
+    lesson = talk.say("cupboard")
+    assert lesson is not None
+    assert lesson.delta.added == {(URIRef(W + "slab"), URIRef(W + "in"), URIRef(W + "cupboard"))}
+    assert talk.question is None
+
+
+def test_furniture_is_not_asked_for_a_place() -> None:
+    talk = Lessons("take_part(board)\nput(board, rack)")
+    talk.say("exists")
+    assert talk.question is None
+    assert talk.codes == []
+
+
+def test_an_unknown_attribute_is_asked_in_the_domains_words() -> None:
+    question = Lessons("drill_hole(plank)").question
+    assert question is not None
+    assert (question.kind, question.about, question.prop) == ("attribute", "plank", "drillable")
+    assert question.text == "Can one drill plank?"
+    assert [choice.value for choice in question.choices] == ["yes", "no", "unknown"]
+
+
+def test_an_attribute_without_a_wording_is_asked_by_its_name() -> None:
+    talk = Lessons("drill_hole(board, saw)", replaced("attributes.ttl", "w:drills false ; ", ""))
+    question = talk.question
+    assert question is not None
+    assert question.text == "Is saw drills?"
+
+
+def test_yes_makes_the_attribute_true_and_its_state_start() -> None:
+    talk = Lessons("drill_hole(plank)")
+    lesson = talk.say("yes")
+    assert lesson is not None
+    plank = URIRef(W + "plank")
+    assert lesson.delta.added == {
+        (plank, URIRef(W + "drillable"), TRUE),
+        (plank, URIRef(W + "drilled"), FALSE),
+    }
+    assert talk.codes == []
+
+
+def test_no_makes_it_false_and_no_state_starts() -> None:
+    talk = Lessons("drill_hole(plank)")
+    lesson = talk.say("no")
+    assert lesson is not None
+    assert lesson.delta.added == {(URIRef(W + "plank"), URIRef(W + "drillable"), FALSE)}
+    assert talk.codes == ["E302"]
+
+
+def test_dont_know_leaves_it_unknown_and_is_not_asked_again() -> None:
+    talk = Lessons("drill_hole(plank)")
+    before = facts(talk.scene.kg)
+    assert talk.say("unknown") is None
+    assert facts(talk.scene.kg) == before
+    assert talk.codes == ["E301"]
+    assert talk.question is None
+
+
+def test_a_state_that_is_known_is_not_started_again() -> None:
+    kg = workshop(state="w:plank w:drilled true .")
+    prop = kg.domain.properties[URIRef(W + "drillable")]
+    delta = learning.attribute(kg, URIRef(W + "plank"), prop, TRUE)
+    assert delta.added == {(URIRef(W + "plank"), prop.iri, TRUE)}
+
+
+def test_a_functional_property_has_its_old_value_replaced() -> None:
+    kg = workshop()
+    prop = kg.domain.properties[URIRef(W + "in")]
+    plank = URIRef(W + "plank")
+    delta = learning.attribute(kg, plank, prop, URIRef(W + "cupboard"))
+    assert delta.removed == {(plank, prop.iri, URIRef(W + "bench"))}
+    assert delta.added == {(plank, prop.iri, URIRef(W + "cupboard"))}
+
+
+def test_what_is_known_already_is_no_change() -> None:
+    kg = workshop()
+    prop = kg.domain.properties[URIRef(W + "in")]
+    assert not learning.attribute(kg, URIRef(W + "plank"), prop, URIRef(W + "bench"))
+
+
+def test_an_unknown_action_is_asked_about_with_the_actions_there_are() -> None:
+    question = Lessons("polish(board)").question
+    assert question is not None
+    assert (question.kind, question.about, question.subject) == ("existence", "polish", "action")
+    assert "press" in question.known
+
+
+def test_an_action_by_another_name_is_an_alias() -> None:
+    talk = Lessons("puncture(board)")
+    lesson = talk.say("is drill_hole")
+    assert lesson is not None
+    assert lesson.delta.added == {(URIRef(W + "drill_hole"), AB.alias, Literal("puncture"))}
+    assert talk.report.steps[-1].call.render() == 'drill_hole("board")'
+
+
+def test_an_action_that_is_not_possible_is_dropped_from_then_on() -> None:
+    talk = Lessons("polish(board)")
+    lesson = talk.say("absent")
+    assert lesson is not None
+    assert {p for _, p, _ in lesson.delta.added} == {AB.absentAction}
+    talk.asked.clear()
+    assert talk.question is None
+    assert [step.status for step in talk.report.steps] == ["dropped"]
+
+
+def test_a_new_action_can_be_used_at_once() -> None:
+    talk = Lessons("polish(board, saw, 5)")
+    lesson = talk.say("exists")
+    assert lesson is not None
+    assert lesson.action is not None
+    assert [p.name for p in lesson.action.parameters] == ["part_1", "tool_2", "number_3"]
+    assert talk.codes == []
+    assert talk.report.executable
+    assert talk.report.steps[0].call.render() == 'polish("board", "saw", 5)'
+
+
+def test_a_new_action_is_written_as_a_pack_can_be_read() -> None:
+    kg = workshop()
+    action, delta = learning.new_action(kg, "polish", [kg.domain.kinds[PART], None])
+    written = {p for _, p, _ in delta.added}
+    assert {RDF.type, AB.explain, AB.parameter, AB.order, AB["class"], AB.datatype} <= written
+    assert (action.iri, AB.parameter, URIRef(W + "polish_part_1")) in delta.added
+
+
+def test_an_item_and_an_action_of_one_name_are_two_questions() -> None:
+    talk = Lessons("weld(weld)")
+    first = talk.question
+    assert first is not None
+    talk.say("later")
+    second = talk.question
+    assert second is not None
+    assert {first.subject, second.subject} == {"item", "action"}
+
+
+def test_the_answer_about_an_action_is_not_one_about_the_item_of_that_name() -> None:
+    talk = Lessons("weld(weld)")
+    talk.say("exists")
+    assert kind_of(talk.question) == "existence"
+
+
+def test_nothing_is_asked_twice() -> None:
+    talk = Lessons("press(slab, 3)\ndry_part(slab)\npolish(slab)\npolish(board)")
+    asked = []
+    while talk.question is not None:
+        asked.append(talk.question.key)
+        talk.say("later")
+    assert len(asked) == len(set(asked)) == 2
+
+
+def test_only_required_items_are_asked_about_where_that_is_wanted() -> None:
+    talk = Lessons("press(gadget, 3)\npress(slab, 3)", None, "slab")
+    question = teach.next_question(talk.report, talk.scene, talk.asked, required_only=True)
+    assert question is not None
+    assert question.about == "slab"
+
+
+NASTY = (
+    "o'brien's vice",
+    "left/right\\up",
+    "🔨",
+    "🔨 vice",
+    "פטיש",
+    "مطرقة",
+    "a" * 300,
+    "egg> . <x> <y",
+    '"; DROP',
+    "2nd board",
+    "100%",
+    "..",
+    "a\nb",
+    "{name}",
+    "vise\u202e",
+    "-",
+)
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_any_name_becomes_a_safe_iri_and_is_found_again(name: str) -> None:
+    kg = workshop()
+    before = facts(kg)
+    delta = learning.existence(kg, name, kg.domain.kinds[PART])
+    [iri] = {s for s, _, _ in delta.added}
+    assert isinstance(iri, URIRef)
+    end = iri.removeprefix(W)
+    assert end.isascii()
+    assert end.replace("_", "").isalnum()
+    assert end[0].isalpha()
+    assert len(end) <= 70
+    kg.learn(delta)
+    assert iri in kg.find(name)
+    assert facts(kg) - before == delta.added
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_a_question_about_any_name_can_be_put(name: str) -> None:
+    kg = workshop()
+    prop = kg.domain.properties[URIRef(W + "drillable")]
+    assert learning.attribute_question(kg, name, prop, "").text.startswith("Can one drill ")
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.text(max_size=40), min_size=1, max_size=4))
+def test_different_names_get_different_iris(names: list[str]) -> None:
+    kg = SHARED
+    with kg.rehearsal():
+        iris = []
+        for name in names:
+            delta = learning.existence(kg, name, kg.domain.kinds[PART])
+            iris.append(next(iter(delta.added))[0])
+            kg.apply(delta)
+        assert len(set(iris)) == len(names)
+
+
+SHARED = workshop()
+
+
+@pytest.mark.parametrize("name", ["board", "Board", "part", "in", "switch", "arm"])
+def test_an_iri_that_is_taken_is_not_used_again(name: str) -> None:
+    # By a thing, a class, a property, an action, the robot.
+    kg = workshop()
+    assert learning.entity_iri(kg, name) == URIRef(f"{W}{name.lower()}_2")
+
+
+def test_a_new_action_gets_no_iri_that_is_taken() -> None:
+    kg = workshop()
+    action, _ = learning.new_action(kg, "board", [])
+    assert action.iri == URIRef(W + "board_2")
+    action, _ = learning.new_action(kg, "egg> . <x> <y", [])
+    assert action.iri == URIRef(W + "egg_____x___y")
