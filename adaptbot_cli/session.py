@@ -179,7 +179,9 @@ def build(
     task = task_for(request.task, kg, request.requires)
     planner, why = _planner(request, workspace, environ, kg, console)
     with ExitStack() as stack:
-        screen = Screen(console, kg, task, f"{planner.name} ({why})")
+        human = _human(request, prompts)
+        asks = prompts is not None and request.ask and request.answers is None
+        screen = Screen(console, kg, task, f"{planner.name} ({why})", asks)
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if isinstance(planner, Library) else request.replans
@@ -193,7 +195,6 @@ def build(
             session.recorder = _recorder(stack, transcript, session)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
-        human = _human(request, prompts)
         session.ports = Ports(planner, human, Rehearsal(kg), WordNet(), store, observers)
         yield session
 

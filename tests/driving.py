@@ -48,7 +48,8 @@ class Script:
         self.seen.append(turn)
         if isinstance(turn, Propose):
             self.proposed += 1
-            return Proposal(self.texts[min(self.proposed, len(self.texts)) - 1], 10, 5)
+            text = self.texts[min(self.proposed, len(self.texts)) - 1]
+            return Proposal(text, prompt_tokens=10, completion_tokens=5)
         if isinstance(turn, LookUp):
             return {word: self.words.get(word, ()) for word in turn.words}
         if isinstance(turn, Ask):
@@ -83,9 +84,7 @@ class Script:
         return told
 
 
-def drive(
-    task: Task, kg: Kg, script: Script, policy: Policy = "tutor", replans: int = 3
-) -> Result:
+def drive(task: Task, kg: Kg, script: Script, policy: Policy = "tutor", replans: int = 3) -> Result:
     """Run the method to its end."""
     turns = pursue(task, kg, parsed, policy, replans)
     reply: Any = None

@@ -92,11 +92,13 @@ w:take_part a ab:Action ; rdfs:label "take_part" ; ab:order 1 ; ab:family "take"
     ab:explain "take a part" ; ab:alias "take", "grab" ;
     ab:parameters ( [ ab:name "part" ; ab:class w:part ] ) ;
     ab:requires
-        [ ab:order 1 ; ab:of "part" ; ab:attribute w:heavy ; ab:value false ; ab:ifUnknown ab:holds ;
-          ab:message "{part} is too heavy" ] ,
-        [ ab:order 2 ; ab:ask "ASK { FILTER NOT EXISTS { ?agent w:holds ?held . FILTER(?held != ?part) } }" ;
+        [ ab:order 1 ; ab:of "part" ; ab:attribute w:heavy ; ab:value false ;
+          ab:ifUnknown ab:holds ; ab:message "{part} is too heavy" ] ,
+        [ ab:order 2 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS { ?agent w:holds ?held .
+                                               FILTER(?held != ?part) } }\"\"\" ;
           ab:message "the hand must be free to take {part}" ] ,
-        [ ab:order 3 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS { ?part w:in ?spot . ?spot w:hasDoor true .
+        [ ab:order 3 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS {
+                                  ?part w:in ?spot . ?spot w:hasDoor true .
                                   FILTER NOT EXISTS { ?spot w:doorOpen true } } }\"\"\" ;
           ab:message "the door must be open to take {part} out" ] ;
     ab:effect \"\"\"DELETE { ?part w:in ?spot } INSERT { ?agent w:holds ?part }
@@ -106,9 +108,11 @@ w:take_tool a ab:Action ; rdfs:label "take_tool" ; ab:order 2 ; ab:family "take"
     ab:explain "take a tool" ;
     ab:parameters ( [ ab:name "tool" ; ab:class w:tool ] ) ;
     ab:requires
-        [ ab:order 1 ; ab:ask "ASK { FILTER NOT EXISTS { ?agent w:holds ?held . FILTER(?held != ?tool) } }" ;
+        [ ab:order 1 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS { ?agent w:holds ?held .
+                                               FILTER(?held != ?tool) } }\"\"\" ;
           ab:message "the hand must be free to take {tool}" ] ,
-        [ ab:order 2 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS { ?tool w:in ?spot . ?spot w:hasDoor true .
+        [ ab:order 2 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS {
+                                  ?tool w:in ?spot . ?spot w:hasDoor true .
                                   FILTER NOT EXISTS { ?spot w:doorOpen true } } }\"\"\" ;
           ab:message "the door must be open to take {tool} out" ] ;
     ab:effect \"\"\"DELETE { ?tool w:in ?spot } INSERT { ?agent w:holds ?tool }
@@ -158,7 +162,8 @@ w:drill_hole a ab:Action ; rdfs:label "drill_hole" ; ab:order 6 ;
           ab:message "{part} cannot be drilled" ] ,
         [ ab:order 2 ; ab:of "tool" ; ab:attribute w:drills ; ab:value true ;
           ab:message "{tool} does not drill" ] ,
-        [ ab:order 3 ; ab:ask "ASK { FILTER NOT EXISTS { ?tool w:battery true ; w:charged false } }" ;
+        [ ab:order 3 ; ab:ask \"\"\"ASK { FILTER NOT EXISTS { ?tool w:battery true ;
+                                                      w:charged false } }\"\"\" ;
           ab:message "{tool} must be charged" ] ;
     ab:effect \"\"\"DELETE { ?part w:drilled ?was } INSERT { ?part w:drilled true }
                  WHERE { OPTIONAL { ?part w:drilled ?was } }\"\"\" .
@@ -213,7 +218,7 @@ w:stretch a ab:Action ; rdfs:label "stretch" ; ab:order 13 ;
     ab:explain "stretch a part between two places; no plan gets it there" ;
     ab:parameters ( [ ab:name "part" ; ab:class w:part ] ) ;
     ab:requires
-        [ ab:ask "ASK { ?part w:in ?one . ?part w:in ?other . FILTER(?one != ?other) }" ;
+        [ ab:ask "ASK { ?part w:in ?one, ?other . FILTER(?one != ?other) }" ;
           ab:message "{part} must be in two places" ] .
 """
 

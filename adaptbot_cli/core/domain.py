@@ -66,7 +66,8 @@ class Kind:
 class Parameter:
     """A parameter of an action: an item of some classes, or a value of a datatype.
 
-    `default` is a SPARQL SELECT whose first row gives the value that the tool fills in;
+    `default` is a SPARQL SELECT whose first row gives the value that the tool fills in; `instead`
+    one that gives what is meant by a thing ?given that will not do, `instead_means` says how;
     `words` are the words that stand for a value, such as "on" for true.
     """
 
@@ -76,6 +77,8 @@ class Parameter:
     optional: bool = False
     hidden: bool = False
     default: str = ""
+    instead: str = ""
+    instead_means: str = ""
     words: Mapping[str, Node] = field(default_factory=dict)
 
 
@@ -125,7 +128,11 @@ class CalledAs:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """What the robot can do: parameters, requirements, effect and explanation."""
+    """What the robot can do: parameters, requirements, effect and explanation.
+
+    An action that `fetches` only takes a thing for a later step; `purpose` is what an action is for:
+    where it holds already, the step is not needed.
+    """
 
     iri: URIRef
     name: str
@@ -139,6 +146,8 @@ class Action:
     called_as: tuple[CalledAs, ...] = ()
     family: str = ""
     verb: str = ""
+    fetches: bool = False
+    purpose: Condition | None = None
 
     @property
     def visible(self) -> tuple[Parameter, ...]:

@@ -7,16 +7,21 @@ from rdflib import Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Parameter
+from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.kg import Delta, Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Call, Finding, Goal, Parsed, Status, Step, Task, Written
 from adaptbot_cli.core.rehearse import Aim, Repair, aim_of, complete, holds, perform
 from adaptbot_cli.core.report import Bound, Outcome, Report
+from adaptbot_cli.core.resolve import action
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions, variables
-from adaptbot_cli.core.static import Sound, render, sentence, understand
+from adaptbot_cli.core.static import Sound, number, render, sentence, understand
 from adaptbot_cli.core.terms import TRUE
+
+_MOST_ROWS = 3
+"""With how many of the things that a goal is about its repair is tried."""
 
 _OF_A_NAME = frozenset({"E101", "E201"})
 _OF_ITS_STEP = frozenset({"E401", "W602"})
@@ -28,9 +33,9 @@ def words_to_look_up(calls: Iterable[Call], scene: Scene) -> tuple[set[str], set
     items: set[str] = set()
     actions: set[str] = set()
     for call in calls:
-        if normal(call.action) not in scene.domain.actions:
+        if action(call.action, scene).action is None:
             actions.add(normal(call.action))
-        items |= {normal(arg) for arg in call.args if not scene.kg.find(arg)}
+        items |= {normal(arg) for arg in call.args if not number(arg) and not scene.kg.find(arg)}
     items -= {word for a in scene.domain.actions.values() for p in a.parameters for word in p.words}
     known = set(scene.known)
     return items - known, actions - known
@@ -43,13 +48,23 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     where everything before them about the same things could be understood.
     """
     scene.notice([written.call for written in parsed.calls])
-    sounds = [understand(written.call, scene) for written in parsed.calls]
+    sounds: list[Sound] = []
     walk = _Walk(scene.kg)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
-        for written, sound in zip(parsed.calls, sounds, strict=True):
-            walk.take(written, sound)
+        for place, written in enumerate(parsed.calls):
+            meant = expand(written.call, scene)
+            if not meant.calls:
+                walk.skip(written, meant.dropped)
+            for call in meant.calls:
+                sound = understand(call, scene)
+                if meant.change is not None:
+                    sound = replace(sound, changes=(meant.change, *sound.changes))
+                sounds.append(sound)
+                later = [w.call for w in parsed.calls[place + 1 :]]
+                walk.take(written, sound, _pointless(sound, later, scene))
         _put_right(walk, before, scene)
+        _reach_goals(walk, scene)
         unmet, missing = check_goal(scene) if not walk.tainted else ((), ())
     absent = _unused(sounds, parsed, scene)
     seen = {finding.subject for finding in absent}
@@ -90,10 +105,17 @@ class _Walk:
     findings: list[Finding] = field(default_factory=list)
     tainted: set[Node] = field(default_factory=set)
 
-    def take(self, written: Written, sound: Sound) -> None:
+    def skip(self, written: Written, reason: str) -> None:
+        """Leave out a step of the plan that is not needed."""
+        step = Step(written.call, written.source, written.line, "dropped", reason=reason)
+        self._add(step, None)
+
+    def take(self, written: Written, sound: Sound, pointless: str = "") -> None:
         """Take one step of the plan, with the missing steps before it."""
         step = Step(sound.call, written.source, written.line, changes=sound.changes)
-        if sound.dropped:
+        if pointless:
+            self._add(replace(step, status="dropped", reason=pointless), None)
+        elif sound.dropped:
             why = f"{_reason(sound.dropped, self.kg)}, and the goal does not need it"
             self._add(replace(step, status="dropped", reason=why), None)
         elif sound.bound is None:
@@ -141,6 +163,8 @@ class _Walk:
     def _unmet(self, bound: Bound, sound: Sound) -> Iterator[Finding]:
         """Achieve what the step needs, yielding a finding for each need that stays open."""
         for entity, prop in sound.states:
+            if bound.action.effect and prop in bound.action.effect.predicates:
+                continue  # the step itself brings the state about
             finding = self._achieve(*self._state(entity, prop))
             if finding:
                 yield finding
@@ -191,6 +215,39 @@ class _Walk:
         self.deltas.append(changes[0] if changes else Delta())
 
 
+def _pointless(sound: Sound, later: Sequence[Call], scene: Scene) -> str:
+    """Why a step is not needed: what it is for holds already, or what it fetches is not moved."""
+    if sound.bound is not None:
+        return _served(sound.bound, scene)
+    if sound.action is None or not sound.action.fetches:
+        return ""
+    fetched = set(scene.kg.find(sound.call.args[0])) if sound.call.args else set()
+    for call in later:
+        if call.args and fetched & set(scene.kg.find(call.args[0])):
+            following = understand(call, scene).bound
+            return _needless(sound, following, scene) if following else ""
+    return ""
+
+
+def _needless(sound: Sound, following: Bound, scene: Scene) -> str:
+    """Why what cannot be fetched need not be: the step that follows can be done without."""
+    served = _served(following, scene)
+    following = complete(following, scene.kg)
+    if served or not all(holds(c, following, scene.kg) for c in following.action.conditions):
+        return served
+    told = "; ".join(finding.message for finding in sound.findings)
+    return f"{told}, and {following.action.name} does not need it"
+
+
+def _served(bound: Bound, scene: Scene) -> str:
+    """The sentence of an action's purpose, if it holds before the action is done."""
+    purpose = bound.action.purpose
+    if purpose is None:
+        return ""
+    bound = complete(bound, scene.kg)
+    return sentence(purpose.message, bound, scene.kg) if holds(purpose, bound, scene.kg) else ""
+
+
 def _reason(name: str, kg: Kg) -> str:
     absent = is_absent(kg, name, "item") or is_absent(kg, name, "action")
     return f"{name} is not here" if absent else f"nobody has said what {name} is"
@@ -227,6 +284,20 @@ def _put_right(walk: _Walk, before: set[tuple[int, Node]], scene: Scene) -> None
             walk.findings.append(Finding("W601", message, scene.kg.name(node)))
         else:
             walk.insert(inserted, message, mark)
+
+
+def _reach_goals(walk: _Walk, scene: Scene) -> None:
+    """Add the steps that bring a goal about, where the domain says what they may be about."""
+    for goal in (*scene.domain.goals, *scene.task.goals):
+        if not goal.about or walk.tainted or scene.kg.ask(goal.query, {}):
+            continue
+        for row in scene.kg.rows(goal.about, {})[:_MOST_ROWS]:
+            aim = Aim(lambda q=goal.query: scene.kg.ask(q, {}), mentions(goal.query), row)  # type: ignore[misc]
+            mark = walk.kg.mark
+            inserted = Repair(walk.kg).achieve(aim)
+            if inserted is not None:
+                walk.insert(inserted, goal.message, mark)
+                break
 
 
 def check_goal(scene: Scene) -> tuple[tuple[Finding, ...], tuple[str, ...]]:

@@ -20,7 +20,7 @@ def words(name: str) -> tuple[str, ...]:
 
 def singulars(word: str) -> tuple[str, ...]:
     """Return what `word` could be the English plural of, likeliest first."""
-    rules = (("ies", "y"), ("ves", "f"), ("oes", "o"), ("es", ""), ("s", ""))
+    rules = (("ies", "y"), ("ves", "f"), ("ves", "fe"), ("oes", "o"), ("es", ""), ("s", ""))
     found = [word[: -len(end)] + new for end, new in rules if word.endswith(end) and len(word) > 3]
     return tuple(dict.fromkeys(form for form in reversed(found) if not word.endswith("ss")))
 

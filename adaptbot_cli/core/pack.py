@@ -253,6 +253,8 @@ def _action(entry: _Entry, known: set[URIRef]) -> Action:
         called_as=tuple(_called_as(part) for part in entry.parts(AB.calledAs)),
         family=entry.text(AB.family, ""),
         verb=entry.text(AB.verb, "") or entry.text(RDFS.label).split("_")[0],
+        fetches=entry.flag(AB.fetches),
+        purpose=_purpose(entry),
     )
     _check_action(entry, action, known)
     return action
@@ -269,8 +271,18 @@ def _parameter(entry: _Entry) -> Parameter:
     words |= {word: Literal(False) for word in entry.texts(AB.falseWord)}
     what = f'ab:default of parameter "{name}"'
     default = _query(entry, entry.text(AB.default, ""), what, "SELECT")
+    what = f'ab:instead of parameter "{name}"'
+    instead = _query(entry, entry.text(AB.instead, ""), what, "SELECT")
     return Parameter(
-        name, classes, datatype, entry.flag(AB.optional), entry.flag(AB.hidden), default, words
+        name=name,
+        classes=classes,
+        datatype=datatype,
+        optional=entry.flag(AB.optional),
+        hidden=entry.flag(AB.hidden),
+        default=default,
+        instead=instead,
+        instead_means=entry.text(AB.insteadMeans, "stands for them"),
+        words=words,
     )
 
 
@@ -290,6 +302,11 @@ def _attribute(entry: _Entry) -> AttributeRequirement:
 def _condition(entry: _Entry) -> Condition:
     query = _query(entry, entry.text(AB.ask), "ab:ask", "ASK")
     return Condition(query, entry.text(AB.message), mentions(query))
+
+
+def _purpose(entry: _Entry) -> Condition | None:
+    parts = entry.parts(AB.purpose)
+    return _condition(parts[0]) if parts else None
 
 
 def _called_as(entry: _Entry) -> CalledAs:
@@ -332,6 +349,7 @@ def _query(entry: _Entry, text: str, what: str, form: str) -> str:
         raise entry.fail(f"{what} must be a SPARQL {form}")
     query = prefixed(entry.graph, text) + text.strip()
     _valid(entry, query, what)
+    _valid(entry, bindable(query), what)
     return bindable(query)
 
 
@@ -401,7 +419,8 @@ def _goal(entry: _Entry) -> Goal:
         raise entry.fail("a goal needs either ab:ask or ab:select")
     message = entry.text(AB.message)
     _check_message(entry, message, ("item",) if classes or select else ())
-    return Goal(ask or select, message, classes)
+    about = _query(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
+    return Goal(ask or select, message, classes, about)
 
 
 def _tasks(graph: Graph) -> list[tuple[str, Task]]:

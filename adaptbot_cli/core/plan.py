@@ -100,12 +100,14 @@ class Goal:
     """A condition on the state after the plan.
 
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
-    `classes` the ASK is asked of each required item of those classes, as ?item.
+    `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
+    of the things with which missing steps may bring it about, likeliest first.
     """
 
     query: str
     message: str
     classes: tuple[str, ...] = ()
+    about: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,8 @@ class Question:
 
     `about` is the name asked about; `prop` the predicate's short name where one is asked for;
     `choices` the answers offered; `known` the names to pick from if it is another name for one of
-    them, nearest first; `context` the step that raised it.
+    them, nearest first, `near` those of them that
+    are near enough to tell; `context` the step that raised it.
     """
 
     kind: QuestionKind
@@ -31,6 +32,7 @@ class Question:
     subject: Subject = "item"
     choices: tuple[Choice, ...] = ()
     known: tuple[str, ...] = ()
+    near: tuple[str, ...] = ()
     context: str = ""
 
     @property

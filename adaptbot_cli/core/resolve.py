@@ -42,7 +42,7 @@ class Named:
 
 def item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     """Return the item that a name means where one of `classes` is wanted."""
-    for remedy in (_known, _several, _place_of_phrase, _with_state, _product, _by_words):
+    for remedy in (_known, _spelled, _several, _place_of_phrase, _with_state, _product, _by_words):
         named = remedy(name, classes, scene)
         if named is not None:
             return named
@@ -65,6 +65,21 @@ def _renamed(name: str, entity: URIRef, scene: Scene) -> Change | None:
     if learned:
         return Change(name, proper, "alias", f"{name} is another name for {proper}")
     return Change(name, proper, "normalisation", f"{name} is {proper}, written differently")
+
+
+def _spelled(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    """A name that differs by an "s" alone, as a possessive or plural inside it does."""
+    if len(words(name)) < 2 or is_absent(scene.kg, name, "item"):
+        return None
+    wanted = _without_s(name)
+    found = [e for e in scene.kg.instances(classes) if _without_s(scene.kg.name(e)) == wanted]
+    if len(found) != 1:
+        return None
+    return Named(found[0], _renamed(name, found[0], scene))
+
+
+def _without_s(name: str) -> tuple[str, ...]:
+    return tuple(word.removesuffix("s").removesuffix("'") for word in words(name))
 
 
 def _several(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
@@ -194,7 +209,7 @@ def action(name: str, scene: Scene) -> NamedAction:
     known = scene.domain.actions.get(normal(name))
     if known is not None:
         return NamedAction(known)
-    for remedy in (_action_alias, _action_called_as, _action_by_words):
+    for remedy in (_action_alias, _action_called_as, _action_by_verb, _action_by_words):
         named = remedy(name, scene)
         if named is not None:
             return named
@@ -217,6 +232,15 @@ def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
                 why = f"{name} is {known.name} with {called.parameter} set"
                 return NamedAction(known, Change(name, known.name, "alias", why), called)
     return None
+
+
+def _action_by_verb(name: str, scene: Scene) -> NamedAction | None:
+    """An action named by its verb alone: stir is stir_contents, if nothing else stirs."""
+    found = [known for known in scene.domain.actions.values() if known.verb == normal(name)]
+    if len(found) != 1:
+        return None
+    why = f"{found[0].name} is the only action that does so"
+    return NamedAction(found[0], Change(name, found[0].name, "verb", why))
 
 
 def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
@@ -265,4 +289,7 @@ def near_actions(name: str, scene: Scene) -> list[str]:
         for action in scene.domain.actions.values()
         if word.distance <= _NEAR and word.word in (action.name, action.verb, *action.aliases)
     ]
-    return list(dict.fromkeys([*related, *nearest(name, scene.domain.actions)]))[:5]
+    actions = scene.domain.actions.values()
+    verbs = nearest(normal(name).split("_")[0], {action.verb for action in actions})
+    alike = [action.name for verb in verbs for action in actions if action.verb == verb]
+    return list(dict.fromkeys([*related, *alike]))[:5]

@@ -53,7 +53,8 @@ class Scene:
         """Tell whether a name means what the task makes, not a thing of the home."""
         parts = set(words(name)) - self.domain.fillers
         made = set(words(self.task.name)) - self.domain.fillers
-        return bool(parts) and (bool(parts & self.domain.products) or parts <= made)
+        dish = {word for word in made if not self.kg.find(word)}
+        return bool(parts & (self.domain.products | dish)) or (bool(parts) and parts <= made)
 
     def sets_aside(self, name: str, subject: str) -> bool:
         """Tell whether the steps with this name are to be dropped, if dropping is allowed."""

@@ -97,6 +97,8 @@ def bindable(query: str) -> str:
     The engine binds only variables that a query projects; one that stands in a FILTER alone, such
     as the robot in "nothing is in the robot's hand", would be refused.
     """
+    if re.search(r"\bGROUP\s+BY\b", query):
+        return query  # what is grouped away cannot be projected; such a query binds what it shows
     body = query.index("{")
     names = " ".join(f"?{name}" for name in sorted(variables(query[body:])))
     if re.search(r"\bSELECT\b", query[:body]):

@@ -21,7 +21,7 @@ class Sound:
     """A call as understood: what it is bound to, or the findings that prevent that.
 
     `states` are states that the call's wording implies of its items; `dropped` is the name for
-    whose sake the step is dropped, if it is.
+    whose sake the step is dropped, if it is; `action` what was meant, if that much is known.
     """
 
     call: Call
@@ -30,6 +30,7 @@ class Sound:
     findings: tuple[Finding, ...] = ()
     states: tuple[tuple[URIRef, URIRef], ...] = ()
     dropped: str = ""
+    action: Action | None = None
 
 
 def understand(call: Call, scene: Scene) -> Sound:
@@ -106,7 +107,8 @@ def _bind(action: Action, call: Call, scene: Scene, changes: tuple[Change, ...])
     bound = Bound(action, values)
     findings += attribute_findings(bound, scene.kg)
     if findings:
-        return Sound(call, None, tuple(found_changes), tuple(dict.fromkeys(findings)))
+        once = tuple(dict.fromkeys(findings))
+        return Sound(call, None, tuple(found_changes), once, action=action)
     proper = render(bound, scene.kg)
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
 

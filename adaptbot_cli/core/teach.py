@@ -95,18 +95,22 @@ def _source(finding: Finding, report: Report) -> str:
 
 def _existence(subject: str, finding: Finding, context: str, scene: Scene) -> Question | None:
     name = normal(finding.subject)
-    if learning.is_absent(scene.kg, name, subject):
+    if not name or learning.is_absent(scene.kg, name, subject):
         return None
     said = name.replace("_", " ")
     if subject == "action":
         text = f'I do not know how to "{said}". Is it something I can do here?'
         known = (*finding.candidates, *scene.domain.actions)
-        return Question("existence", name, text, "", "action", _EXISTENCE_ACTION,
-                        tuple(dict.fromkeys(known)), context)
+        return Question(
+            "existence", name, text, "", "action", _EXISTENCE_ACTION,
+            tuple(dict.fromkeys(known)), finding.candidates, context,
+        )
     text = f'I do not know "{said}". Is there such a thing in this {scene.domain.name}?'
     known = (*finding.candidates, *_everything(scene))
-    return Question("existence", name, text, "", "item", _EXISTENCE_ITEM,
-                    tuple(dict.fromkeys(known)), context)
+    return Question(
+        "existence", name, text, "", "item", _EXISTENCE_ITEM,
+        tuple(dict.fromkeys(known)), finding.candidates, context,
+    )
 
 
 _EXISTENCE_ITEM = (
@@ -211,7 +215,10 @@ def _taught(question: Question, answer: Answer, kind: Kind, scene: Scene) -> Les
 
 def _learn_action(question: Question, answer: Answer, report: Report, scene: Scene) -> Lesson:
     step = next(s for s in report.steps if normal(s.call.action) == question.about)
-    kinds = [None if number(arg) else _kind_of(arg, scene) for arg in step.call.args]
+    known = scene.kg.find
+    kinds = [
+        None if number(arg) and not known(arg) else _kind_of(arg, scene) for arg in step.call.args
+    ]
     action, delta = learning.new_action(scene.kg, question.about, kinds)
     sentence = f"{question.about} is possible; its effect is not known"
     return Lesson(delta, question, answer, sentence, action)

@@ -284,6 +284,19 @@ def test_a_run_is_told_in_lines_and_the_plan_before_the_first_question_only() ->
     ]
 
 
+def test_one_blank_line_sets_questions_off() -> None:
+    seen, kg = Seen(80), workshop()
+    shown = screen(seen, kg)
+    shown.replied(Learned(lesson(kg)), None)
+    shown.asked(Review(()))
+    seen.show("keep it? yes")
+    shown.replied(Review(()), True)
+    shown.finish(result(kg), None)
+
+    assert seen.text.count("\n\n\n") == 0
+    assert "library\n\nkeep it? yes\n\nPlan\n" in seen.text
+
+
 def test_no_plan_is_shown_on_the_way_where_nobody_is_asked() -> None:
     seen, kg = Seen(80), workshop()
     shown = screen(seen, kg, asks=False)

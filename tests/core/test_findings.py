@@ -20,8 +20,8 @@ PLANS = {
     "E103": ("press(board, hard)", "press(board, 3 kg)"),
     "E201": ("take(board)\nput(board)\ntake(gadget)", "take(board)\nput(board)\ntake(plank)"),
     "E202": ("take(bench)", "take(board)"),
-    "E203": ("take(assembly)", "take(board)"),
-    "E204": ("take(everything)", "take(board)"),
+    "E203": ("open(assembly)", "open(cupboard)"),
+    "E204": ("open(everything)", "open(cupboard)"),
     "E301": ("drill_hole(plank)", "drill_hole(board)"),
     "E302": ("drill_hole(vase)", "drill_hole(board)"),
     "E401": ("sell(board)", "take(board)"),
@@ -33,7 +33,7 @@ PLANS = {
 REPLANS = {
     "E502": ("take(board)\nput(board)\ntake(gadget)", "wait(5)", "take(board)\nput(board)"),
 }
-"""What only a second plan can raise: the first plan, one that loses the board, one that does not."""
+"""What only a second plan raises: the first plan, one that loses the board, one that keeps it."""
 
 
 def codes_of(plan: str) -> set[str]:
@@ -67,8 +67,8 @@ def test_e502_where_a_new_plan_loses_a_required_item() -> None:
 
 
 def test_every_code_has_a_fixture() -> None:
-    texts = Path(__file__).with_name("test_parse.py").read_text(encoding="utf-8")
-    of_texts = set(re.findall(r"P\d{3}", texts))
+    parsing = Path(__file__).with_name("parsing").glob("*.py")
+    of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
     assert set(CODES) == set(PLANS) | set(REPLANS) | of_texts
 
 

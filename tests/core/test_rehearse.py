@@ -124,8 +124,12 @@ def test_a_condition_that_can_never_hold_ends_soon() -> None:
 
 
 def test_a_step_whose_repair_would_need_itself_ends() -> None:
-    kg = replaced("actions.ttl", '"{spot} has no door" ]', '"{spot} has no door" ] , [ ab:order 2 ;'
-                  ' ab:ask "ASK { ?spot w:doorOpen true }" ; ab:message "{spot} must be open" ]')
+    kg = replaced(
+        "actions.ttl",
+        '"{spot} has no door" ]',
+        '"{spot} has no door" ] , [ ab:order 2 ;'
+        ' ab:ask "ASK { ?spot w:doorOpen true }" ; ab:message "{spot} must be open" ]',
+    )
     assert ("E401", "cupboard must be open") in findings("open(cupboard)", kg)
 
 
@@ -165,8 +169,7 @@ def test_other_things_are_still_checked_after_a_bad_step() -> None:
     assert [code for code, _ in findings("fetch(board)\nsell(plank)")] == ["E101", "E401"]
 
 
-def test_missing_steps_are_inserted_before_the_step_that_needs_them_though_it_is_named_otherwise(
-) -> None:
+def test_missing_steps_are_found_for_a_step_that_is_written_otherwise() -> None:
     assert steps("grab(Boards)\nput(board)")[0] == "+ open(cupboard)"
 
 
@@ -253,7 +256,7 @@ def test_the_same_plan_gives_the_same_report_whatever_the_hash_seed() -> None:
 
     def run(seed: str) -> str:
         env = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(  # noqa: S603
+        done = subprocess.run(
             [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
         )
         return done.stdout

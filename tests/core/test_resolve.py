@@ -35,8 +35,6 @@ def by_words(name: str, *words: Related, required: str = "", used: str = "") -> 
     return item(name, PART, at=at)
 
 
-
-
 def test_the_name_itself_is_no_change() -> None:
     named = item("board")
     assert (named.entity, named.change, named.finding) == (URIRef(W + "board"), None, None)
@@ -65,8 +63,6 @@ def test_of_two_things_of_one_name_the_one_of_the_right_kind_is_meant() -> None:
     kg = workshop(attributes='w:drill_part a w:part ; w:called "drill" .')
     assert item("drill", PART, at=scene(kg)).entity == URIRef(W + "drill_part")
     assert item("drill", TOOL, at=scene(kg)).entity == URIRef(W + "drill")
-
-
 
 
 def test_a_word_for_several_items_is_reported() -> None:
@@ -124,8 +120,6 @@ def test_a_required_item_is_no_product() -> None:
     finding = item("assembly", at=scene(workshop(), "assembly")).finding
     assert finding is not None
     assert finding.code == "E201"
-
-
 
 
 def test_a_synonym_that_names_one_thing_of_the_kind_is_taken() -> None:
@@ -210,10 +204,8 @@ def test_the_remedies_are_tried_in_order() -> None:
     assert item("drilled_board", PART, at=scene(kg)).entity == URIRef(W + "panel")
     kg = with_alias("drilled_board", "plank")
     assert item("drilled_board", PART, at=scene(kg)).entity == URIRef(W + "plank")
-    words = {"drilled_board": (related("vase", "synonym"),)}
-    assert item("drilled_board", PART, at=scene(**words)).entity == URIRef(W + "board")
-
-
+    at = scene(workshop(), drilled_board=(related("vase", "synonym"),))
+    assert item("drilled_board", PART, at=at).entity == URIRef(W + "board")
 
 
 def action(name: str, at: Scene | None = None) -> tuple[str, str]:

@@ -180,13 +180,17 @@ def test_a_finding_is_told_once_though_two_arguments_raise_it() -> None:
 
 
 def test_a_change_is_told_once_though_two_arguments_need_it() -> None:
-    kg = replaced("actions.ttl", '[ ab:name "kilos" ; ab:datatype xsd:decimal ]',
-                  '[ ab:name "other" ; ab:class w:part ]')
+    kg = replaced(
+        "actions.ttl",
+        '[ ab:name "kilos" ; ab:datatype xsd:decimal ]',
+        '[ ab:name "other" ; ab:class w:part ]',
+    )
     assert len(sound("press(Board, Board)", kg).changes) == 1
 
 
 def test_a_state_word_asks_for_the_state() -> None:
-    assert sound("take_part(drilled_board)").states == ((URIRef(W + "board"), URIRef(W + "drilled")),)
+    board, drilled = URIRef(W + "board"), URIRef(W + "drilled")
+    assert sound("take_part(drilled_board)").states == ((board, drilled),)
 
 
 def test_an_argument_of_no_letters_is_unknown() -> None:

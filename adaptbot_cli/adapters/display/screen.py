@@ -37,8 +37,8 @@ _MOST_FOR_CHANGES = 0.42
 class Screen:
     """Shows a run as it goes: a line for each event, the plan before questions and at the end.
 
-    `planner_line` says who plans. With `asks` False nobody is asked anything, and the plan is
-    shown at the end only.
+    `planner_line` says who plans. With `asks` False no question appears on this terminal, and the
+    plan is shown at the end only.
     """
 
     console: Console
@@ -74,6 +74,8 @@ class Screen:
             self._note(GOOD, f"learned: {turn.lesson.sentence}")
         elif isinstance(turn, Execute) and isinstance(reply, Outcome):
             self._executed(reply)
+        elif isinstance(turn, Ask | Review) and self.asks:
+            self._last = None  # the question and its answer stand there now
 
     def finish(self, result: Result, committed: str | None) -> None:
         """Show the final plan, what the run changes, and what it came to.

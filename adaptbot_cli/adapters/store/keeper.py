@@ -43,12 +43,16 @@ class Keeper:
     def start(self) -> str | None:
         """Write and commit what a first use needs; return the revision that the run starts from.
 
+        A folder that is made here is a repository of its own; one that was there already is
+        versioned by the repository that it lies in.
+
         Raises:
             KnowledgeError: the workspace cannot be written.
         """
+        made = not self.root.is_dir() or not any(self.root.iterdir())
         with lock(self.root):
             recover(self.root)
-            repo = Repo.open_or_init(self.root)
+            repo = Repo.open_or_init(self.root, own=made)
             if self.first:
                 write_files(self.root, self.first)
                 message = f"start: the {self.domain} as it comes"

@@ -41,8 +41,11 @@ class Repo:
         repo.object_store.fsync_object_files = True
 
     @classmethod
-    def open_or_init(cls, root: Path) -> "Repo":
-        """Open the repository that `root` is in; if there is none, make one with branch main."""
+    def open_or_init(cls, root: Path, own: bool = False) -> "Repo":
+        """Open the repository that `root` is in; if there is none, make one with branch main.
+
+        With `own` the repository of a folder above does not count.
+        """
         from dulwich.errors import NotGitRepository
         from dulwich.repo import Repo as Dulwich
 
@@ -52,7 +55,7 @@ class Repo:
                 found = Dulwich.discover(str(root))
             except NotGitRepository:
                 found = None
-            if found is None or found.bare:
+            if found is None or found.bare or (own and Path(found.path).resolve() != root.resolve()):
                 found = Dulwich.init(str(root), default_branch=b"main")
             refuse_format(found)
             return cls(found, root)

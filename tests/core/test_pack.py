@@ -1,0 +1,293 @@
+"""What can be wrong with a domain pack: each error names the file, the entry and what to do."""
+
+import pytest
+from rdflib import Literal, URIRef, Variable
+
+from adaptbot_cli.adapters.store.reading import load_kg
+from adaptbot_cli.core.terms import TRUE
+from adaptbot_cli.errors import KnowledgeError, PackError
+from tests.worlds import ACTIONS, FILES, PREFIXES, W, replaced, workshop
+
+
+def problem(file: str, old: str, new: str) -> str:
+    """What is said when one passage of the workshop's pack is changed."""
+    with pytest.raises(PackError) as caught:
+        replaced(file, old, new)
+    return str(caught.value)
+
+
+DOMAIN_ERRORS = [
+    ("ab:workshop a ab:Domain", "ab:workshop a ab:Something", "needs exactly one entry typed ab:"),
+    ('rdfs:label "workshop" ;', "", "entry workshop: lacks rdfs:label; add it"),
+    ("ab:agent w:arm ;", "", "entry workshop: needs an IRI as ab:agent"),
+    ("ab:agent w:arm ;", 'ab:agent "arm" ;', "entry workshop: needs an IRI as ab:agent"),
+    ("ab:agent w:arm ;", "ab:agent w:arm, w:leg ;", "entry workshop: has 2 values for ab:agent"),
+    (
+        'ab:namespace "http://example.org/workshop#" ;',
+        "",
+        "entry workshop: lacks ab:namespace; add it",
+    ),
+    (
+        "ab:graph ab:state ; rdfs:domain w:tool",
+        "ab:graph ab:both ; rdfs:domain w:tool",
+        "entry charged: ab:graph must be ab:attribute or ab:state",
+    ),
+    (
+        "w:charged a rdf:Property ; ab:graph ab:state ; rdfs:domain w:tool ;",
+        "w:charged a rdf:Property ; ab:graph ab:state ;",
+        "entry charged: needs an IRI as rdfs:domain",
+    ),
+    ("ab:kindOrder 3", 'ab:kindOrder "third"', "entry furniture: needs a whole number as ab:kind"),
+    ("ab:equals true ; ", "", "entry drillable: an ab:impliedBy needs ab:equals and ab:value"),
+    (
+        "[ ab:property w:dry ; ab:value false ]",
+        "[ ab:property w:dry ]",
+        "entry part: an ab:starts lacks ab:value",
+    ),
+    (
+        'ab:ask "ASK { ?item w:in w:bench }" ;',
+        "",
+        "entry workshop: a goal needs either ab:ask or ab:select",
+    ),
+    (
+        'ab:ask "ASK { ?item w:in w:bench }" ;',
+        'ab:ask "ASK { ?item w:in }" ;',
+        "entry workshop: ab:ask is no valid SPARQL",
+    ),
+    (
+        'ab:select "SELECT ?item WHERE { ?item w:on true }"',
+        'ab:select "ASK { ?item w:on true }"',
+        "entry workshop: ab:select must be a SPARQL SELECT",
+    ),
+    (
+        '"{item} does not end on the bench"',
+        '"{part} does not end on the bench"',
+        'the message "{part} does not end on the bench" names {part}; it may name {item}',
+    ),
+    ('"{item} is left on"', '"{item is left on"', "has a brace too many"),
+    (
+        '"the hand is not empty at the end"',
+        '"{item} is not empty"',
+        "names {item}; it may name no parameter",
+    ),
+    (
+        '"Can one drill {name}?"',
+        '"Can one drill {part}?"',
+        "entry drillable: the message",
+    ),
+]
+
+ACTION_ERRORS = [
+    ('rdfs:label "open" ;', "", "entry open: lacks rdfs:label; add it"),
+    ('ab:explain "open a door" ;', "", "entry open: lacks ab:explain; add it"),
+    ("ab:order 4 ;\n", 'ab:order "four" ;\n', "entry open: needs a whole number as ab:order"),
+    (
+        'ab:name "kilos"',
+        'ab:name "Kilos of it"',
+        'entry press: parameter "Kilos of it": a name has small letters, digits and underscores',
+    ),
+    (
+        'ab:name "kilos" ; ab:datatype xsd:decimal',
+        'ab:name "kilos"',
+        'entry press: parameter "kilos" needs either ab:class or ab:datatype',
+    ),
+    (
+        'ab:name "kilos" ; ab:datatype xsd:decimal',
+        'ab:name "kilos" ; ab:datatype xsd:decimal ; ab:class w:part',
+        'entry press: parameter "kilos" needs either ab:class or ab:datatype',
+    ),
+    (
+        '"SELECT (5 AS ?minutes) WHERE {}"',
+        '"SELECT (5 AS ?minutes WHERE {}"',
+        'entry wait: ab:default of parameter "minutes" is no valid SPARQL',
+    ),
+    (
+        '"SELECT (5 AS ?minutes) WHERE {}"',
+        '"5"',
+        'entry wait: ab:default of parameter "minutes" must be a SPARQL SELECT',
+    ),
+    (
+        '"ASK { ?agent w:holds ?thing }"',
+        '"ASK { ?agent w:holds }"',
+        "entry put: ab:ask is no valid SPARQL",
+    ),
+    (
+        '"ASK { ?agent w:holds ?thing }"',
+        '"ASK { ?agent robot:holds ?thing }"',
+        "entry put: ab:ask is no valid SPARQL",
+    ),
+    (
+        'ab:ask "ASK { ?agent w:holds ?thing }" ;',
+        "",
+        "entry put: lacks ab:ask; add it",
+    ),
+    (
+        'ab:message "{spot} has no door"',
+        'ab:message "{place} has no door"',
+        'entry open: the message "{place} has no door" names {place}; it may name {spot}',
+    ),
+    ('ab:message "{spot} has no door"', 'ab:message "{spot has no door"', "has a brace too many"),
+    (
+        'ab:of "spot" ; ab:attribute w:hasDoor',
+        'ab:of "place" ; ab:attribute w:hasDoor',
+        'entry open: ab:of "place" is none of its parameters',
+    ),
+    (
+        "ab:attribute w:hasDoor",
+        "ab:attribute w:hasLid",
+        "entry open: ab:attribute hasLid is not declared in domain.ttl",
+    ),
+    (
+        "ab:attribute w:hasDoor ; ab:value true ;",
+        "ab:attribute w:hasDoor ;",
+        "entry open: an ab:requires with ab:attribute needs ab:value",
+    ),
+    (
+        'ab:alias "turn_on" ; ab:parameter "state"',
+        'ab:alias "turn_on" ; ab:parameter "mode"',
+        'entry switch: ab:parameter "mode" is none of its parameters',
+    ),
+    (
+        'ab:alias "turn_on" ; ab:parameter "state" ; ab:value true',
+        'ab:alias "turn_on" ; ab:parameter "state"',
+        "entry switch: an ab:calledAs needs ab:value",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT DATA { w:x w:on true }"',
+        "entry light: ab:effect must be a SPARQL update of the form DELETE {…} INSERT {…} WHERE",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT { ?thing w:on } WHERE {}"',
+        "entry light: ab:effect is no valid SPARQL",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT { ?thing w:on true } WHERE { ?thing }"',
+        "entry light: ab:effect is no valid SPARQL",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT { [] w:on true } WHERE {}"',
+        "entry light: ab:effect is no valid SPARQL: a group of triples may hold no blank node",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT { ?thing w:lit true } WHERE {}"',
+        "entry light: ab:effect: lit is not declared in domain.ttl",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"DROP GRAPH w:x"',
+        "entry light: ab:effect must be a SPARQL update",
+    ),
+]
+
+TASK_ERRORS = [
+    ('rdfs:label "stool" ;', "", "entry task_stool: lacks rdfs:label; add it"),
+    ('ab:needs "board" ;', "", "entry task_stool: lacks ab:needs"),
+    ("ASK { w:board w:drilled true }", "ASK { w:board }", "entry task_stool: ab:ask is no valid"),
+    ('"the board has no hole"', '"{board} has no hole"', "entry task_stool: the message"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), DOMAIN_ERRORS)
+def test_an_error_in_the_domain(old: str, new: str, said: str) -> None:
+    message = problem("domain.ttl", old, new)
+    assert message.startswith("domain.ttl")
+    assert said in message
+
+
+@pytest.mark.parametrize(("old", "new", "said"), ACTION_ERRORS)
+def test_an_error_in_an_action(old: str, new: str, said: str) -> None:
+    message = problem("actions.ttl", old, new)
+    assert message.startswith("actions.ttl, entry ")
+    assert said in message
+
+
+@pytest.mark.parametrize(("old", "new", "said"), TASK_ERRORS)
+def test_an_error_in_a_task(old: str, new: str, said: str) -> None:
+    message = problem("tasks.ttl", old, new)
+    assert message.startswith("tasks.ttl, entry ")
+    assert said in message
+
+
+def test_two_domains_in_one_pack() -> None:
+    with pytest.raises(PackError, match="needs exactly one entry typed ab:Domain, has 2"):
+        workshop(domain='ab:other a ab:Domain ; rdfs:label "other" .')
+
+
+def test_a_missing_file_is_named() -> None:
+    with pytest.raises(KnowledgeError, match=r"here lacks domain\.ttl"):
+        load_kg({}, "here")
+
+
+def test_no_valid_turtle_is_told_with_file_and_line() -> None:
+    files = {name: (PREFIXES + text).encode() for name, text in FILES.items()}
+    files["state.ttl"] = PREFIXES.encode() + b"w:plank w:in w:bench\nw:vase w:in ."
+    with pytest.raises(KnowledgeError, match=r"here/state\.ttl, line \d+: this is no valid Turtle"):
+        load_kg(files, "here")
+
+
+def test_bytes_that_are_no_text_are_no_valid_turtle() -> None:
+    files = {name: (PREFIXES + text).encode() for name, text in FILES.items()}
+    files["state.ttl"] = b"\xff\xfe\x00"
+    with pytest.raises(KnowledgeError, match=r"here/state\.ttl"):
+        load_kg(files, "here")
+
+
+def test_actions_stand_in_their_order_whatever_the_order_of_the_file() -> None:
+    blocks = ACTIONS.strip().split("\n\n")
+    files = {**FILES, "actions.ttl": "\n\n".join(reversed(blocks))}
+    kg = load_kg({name: (PREFIXES + text).encode() for name, text in files.items()}, "here")
+    assert list(kg.domain.actions) == list(workshop().domain.actions)
+
+
+def test_a_kinds_superclasses_start_with_itself() -> None:
+    part = workshop().domain.kinds[URIRef(W + "part")]
+    assert part.supers == (URIRef(W + "part"), URIRef(W + "thing"))
+
+
+def test_an_effect_is_read_into_a_query_and_two_templates() -> None:
+    effect = workshop().domain.actions["open"].effect
+    assert effect is not None
+    spot, door = Variable("spot"), URIRef(W + "doorOpen")
+    assert effect.deletes == ((spot, door, Variable("was")),)
+    assert effect.inserts == ((spot, door, TRUE),)
+    assert effect.predicates == {door}
+
+
+def test_a_template_may_use_everything_that_turtle_has() -> None:
+    kg = replaced(
+        "actions.ttl",
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        "\"INSERT { ?thing w:on true, false ; w:called 'who? me', 'a.b' . } WHERE { }\"",
+    )
+    effect = kg.domain.actions["light"].effect
+    assert effect is not None
+    values = {str(value) for _, _, value in effect.inserts}
+    assert values == {"true", "false", "who? me", "a.b"}
+    changed = kg.delta(effect, {"thing": URIRef(W + "plank")})
+    assert len(changed.added) == 4
+
+
+def test_a_task_is_known_by_all_its_names() -> None:
+    names = workshop().domain.task_names
+    assert names["stool"] is names["wooden_stool"]
+    assert names["stool"].known
+
+
+def test_teachable_kinds_stand_in_the_domains_order() -> None:
+    assert [kind.label for kind in workshop().domain.teachable] == [
+        "part",
+        "tool",
+        "piece of furniture",
+    ]
+
+
+def test_parameters_say_what_a_plan_may_and_must_write() -> None:
+    actions = workshop().domain.actions
+    assert [p.name for p in actions["dry_part"].visible] == ["part"]
+    assert [p.name for p in actions["drill_hole"].required] == ["part"]
+    assert actions["switch"].parameters[1].words["off"] == Literal(False)
