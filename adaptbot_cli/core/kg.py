@@ -37,6 +37,7 @@ class Kg:
 
     domain: Domain
     facts: Dataset
+    _graphs: dict[URIRef, Graph] = field(default_factory=dict)
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     _proper: dict[Node, str] = field(default_factory=dict)
     _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
@@ -60,7 +61,9 @@ class Kg:
 
     def graph(self, name: URIRef) -> Graph:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
-        return self.facts.get_context(name)
+        if name not in self._graphs:
+            self._graphs[name] = self.facts.get_context(name)
+        return self._graphs[name]
 
     def home_of(self, predicate: Node) -> URIRef:
         """Return which of the two graphs a predicate belongs to."""

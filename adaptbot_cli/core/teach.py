@@ -210,7 +210,7 @@ def _learn_alias(question: Question, answer: Answer, scene: Scene) -> Lesson | N
 
 def _taught(question: Question, answer: Answer, kind: Kind, scene: Scene) -> Lesson:
     delta = learning.existence(scene.kg, question.about, kind)
-    return Lesson(delta, question, answer, f"there is {question.about}: {kind.label}")
+    return Lesson(delta, question, answer, f"there is {question.about} ({kind.label})")
 
 
 def _learn_action(question: Question, answer: Answer, report: Report, scene: Scene) -> Lesson:
@@ -243,7 +243,7 @@ def _learn_attribute(question: Question, answer: Answer, scene: Scene) -> Lesson
         return None
     delta = learning.attribute(scene.kg, found[0], prop, value)
     shown = answer.value if question.kind == "attribute" else scene.kg.name(value)
-    return Lesson(delta, question, answer, f"{question.about}: {prop.label}: {shown}")
+    return Lesson(delta, question, answer, f"{question.about}: {prop.label} {shown}")
 
 
 def take(lesson: Lesson, scene: Scene) -> None:
