@@ -276,8 +276,15 @@ def workshop(**extra: str) -> Kg:
 
 def replaced(file: str, old: str, new: str) -> Kg:
     """Load the workshop with one passage of one file changed."""
-    assert old in FILES[file], f"{old!r} is not in {file}"
-    files = {**FILES, file: FILES[file].replace(old, new)}
+    return changed((file, old, new))
+
+
+def changed(*changes: tuple[str, str, str]) -> Kg:
+    """Load the workshop with passages of its files changed: file, old text, new text."""
+    files = dict(FILES)
+    for file, old, new in changes:
+        assert old in files[file], f"{old!r} is not in {file}"
+        files[file] = files[file].replace(old, new)
     return load_kg({name: (PREFIXES + text).encode() for name, text in files.items()}, "workshop")
 
 

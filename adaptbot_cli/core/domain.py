@@ -36,7 +36,7 @@ class Property:
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """A state that a new entity starts in, if the attribute `when` is true of it or none is named."""
+    """A state that a new entity starts in, if the attribute `when` is true or none is named."""
 
     prop: URIRef
     value: Node
@@ -130,7 +130,7 @@ class CalledAs:
 class Action:
     """What the robot can do: parameters, requirements, effect and explanation.
 
-    An action that `fetches` only takes a thing for a later step; `purpose` is what an action is for:
+    An action that `fetches` only takes a thing for a later step; `purpose` is what it is for:
     where it holds already, the step is not needed.
     """
 

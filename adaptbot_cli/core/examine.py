@@ -157,8 +157,8 @@ class _Walk:
         for parameter in bound.action.parameters:
             if parameter.name not in bound.values and _matters(parameter, bound):
                 kinds = [self.kg.domain.kinds[c].label for c in parameter.classes]
-                message = f"there is no {' or '.join(kinds)} here that can serve as {parameter.name}"
-                yield Finding("E401", message, bound.action.name)
+                what = f"{' or '.join(kinds)} here that can serve as {parameter.name}"
+                yield Finding("E401", f"there is no {what}", bound.action.name)
 
     def _unmet(self, bound: Bound, sound: Sound) -> Iterator[Finding]:
         """Achieve what the step needs, yielding a finding for each need that stays open."""
@@ -208,7 +208,9 @@ class _Walk:
         number = len(self.steps) + 1
         self.findings += [replace(f, step=number, line=step.line) for f in findings]
 
-    def _add(self, step: Step, bound: Bound | None, start: int = -1, end: int | None = None) -> None:
+    def _add(
+        self, step: Step, bound: Bound | None, start: int = -1, end: int | None = None
+    ) -> None:
         self.steps.append(step)
         self.bounds.append(bound)
         changes = self.kg.changes(start, end) if start >= 0 else []
@@ -288,11 +290,12 @@ def _put_right(walk: _Walk, before: set[tuple[int, Node]], scene: Scene) -> None
 
 def _reach_goals(walk: _Walk, scene: Scene) -> None:
     """Add the steps that bring a goal about, where the domain says what they may be about."""
+    agent = {"agent": scene.domain.agent}
     for goal in (*scene.domain.goals, *scene.task.goals):
-        if not goal.about or walk.tainted or scene.kg.ask(goal.query, {}):
+        if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
             continue
-        for row in scene.kg.rows(goal.about, {})[:_MOST_ROWS]:
-            aim = Aim(lambda q=goal.query: scene.kg.ask(q, {}), mentions(goal.query), row)  # type: ignore[misc]
+        for row in scene.kg.rows(goal.about, agent)[:_MOST_ROWS]:
+            aim = Aim(lambda q=goal.query: scene.kg.ask(q, agent), mentions(goal.query), row)  # type: ignore[misc]
             mark = walk.kg.mark
             inserted = Repair(walk.kg).achieve(aim)
             if inserted is not None:
@@ -359,7 +362,8 @@ class Rehearsal:
         scene = Scene(self.kg, report.task)
         deltas: list[Delta] = []
         with self.kg.rehearsal():
-            for number, (step, bound) in enumerate(zip(report.steps, report.bounds, strict=True), 1):
+            steps = zip(report.steps, report.bounds, strict=True)
+            for number, (step, bound) in enumerate(steps, start=1):
                 if bound is None:
                     deltas.append(Delta())
                     continue

@@ -73,7 +73,7 @@ def _instead(arg: str, parameter: Parameter, action: Action, scene: Scene) -> Fo
         return None
     rows = scene.kg.rows(parameter.instead, {"given": known[0]})
     entities = {row[parameter.name] for row in rows if parameter.name in row}
-    fitting = sorted(e for e in entities if _does(e, parameter, action, scene))
+    fitting = sorted((e for e in entities if _does(e, parameter, action, scene)), key=str)
     name = scene.kg.name(known[0])
     return [scene.kg.name(e) for e in fitting], "relation", f"{name} {parameter.instead_means}"
 

@@ -65,7 +65,7 @@ def _range(kg: Kg, name: str, prop: Property, value: Node) -> Iterator[str]:
 def _several_values(kg: Kg) -> Iterator[str]:
     for prop in kg.domain.properties.values():
         if prop.functional:
-            for subject in sorted(set(kg.facts.subjects(prop.iri, None))):
+            for subject in sorted(set(kg.facts.subjects(prop.iri, None)), key=str):
                 values = sorted(local(v) for v in kg.facts.objects(subject, prop.iri))
                 if len(values) > 1:
                     told = " and ".join(values)
@@ -76,7 +76,7 @@ def _cycles(kg: Kg) -> Iterator[str]:
     """Things that are in themselves, directly or through others."""
     places = {k.location_property for k in kg.domain.kinds.values() if k.location_property}
     above = {s: o for prop in sorted(places) for s, o in kg.facts.subject_objects(prop)}
-    for start in sorted(above):
+    for start in sorted(above, key=str):
         seen, here = [start], above[start]
         while here in above and here not in seen:
             seen.append(here)
@@ -90,7 +90,7 @@ def _unnamed(kg: Kg) -> Iterator[str]:
     for kind in kg.domain.kinds.values():
         if kind.name_property is None:
             continue
-        for subject in sorted(kg.facts.subjects(RDF.type, kind.iri)):
+        for subject in sorted(kg.facts.subjects(RDF.type, kind.iri), key=str):
             if (subject, kind.name_property, None) not in kg.facts:
                 yield f"{local(subject)}: lacks its name, {local(kind.name_property)}"
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 @lru_cache(maxsize=4096)
 def normal(name: str) -> str:
-    """Return the name in small letters with single underscores: "Cutting-Board " is cutting_board."""
+    """Return the name in small letters with underscores: " Cutting-Board" as cutting_board."""
     text = name.strip().lower().replace("\u2019", "'")
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
 

@@ -383,7 +383,8 @@ def _check_action(entry: _Entry, action: Action, known: set[URIRef]) -> None:
     for predicate in _changed(action.effect):
         if predicate not in known:
             raise entry.fail(f"ab:effect: {local(predicate)} is not declared in domain.ttl")
-    for condition in (*action.conditions, *action.advises):
+    purposes = (action.purpose,) if action.purpose else ()
+    for condition in (*action.conditions, *action.advises, *purposes):
         _check_message(entry, condition.message, names)
     for need in action.attributes:
         _check_message(entry, need.message, names)

@@ -100,7 +100,10 @@ Turn = Propose | LookUp | Checked | Ask | Learned | Execute | Review | Keep
 class Planner(Protocol):
     """Proposes generic plans: a model, the plan library or a transcript."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """How the planner is called on the screen and in a commit."""
+        ...
 
     def propose(self, turn: Propose) -> Proposal:
         """Return a plan's text. Raises ModelError."""

@@ -80,7 +80,7 @@ def everything(kg: Kg) -> list[tuple[Kind, list[Thing]]]:
     """Return every class that has members of its own, with them, in the domain's order."""
     groups = []
     for kind in sorted(kg.domain.kinds.values(), key=lambda k: (k.order or 99, k.iri)):
-        members = sorted(s for s in kg.facts.subjects(RDF.type, kind.iri))
+        members = sorted(kg.facts.subjects(RDF.type, kind.iri), key=str)
         things = [thing(kg, entity) for entity in members if isinstance(entity, URIRef)]
         if things:
             groups.append((kind, sorted(things, key=lambda t: t.name)))

@@ -58,7 +58,9 @@ HOSTILE = "[red]x[/red] \x1b[31mESC <b>b</b> {x} %s \u202eright \x9b2J " + "y" *
 
 def existence(about: str = "spaner", text: str = "", known: tuple[str, ...] = KNOWN) -> Question:
     text = text or f'I do not know "{about}". Is there one?'
-    return Question("existence", about, text, "", "item", EXISTENCE, known, f'take("{about}")')
+    near = known[:2]
+    context = f'take("{about}")'
+    return Question("existence", about, text, "", "item", EXISTENCE, known, near, context)
 
 
 QUESTIONS = {

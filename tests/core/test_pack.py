@@ -128,6 +128,11 @@ ACTION_ERRORS = [
     ),
     ('ab:message "{spot} has no door"', 'ab:message "{spot has no door"', "has a brace too many"),
     (
+        'ab:explain "open a door" ;',
+        'ab:explain "open a door" ; ab:purpose [ ab:ask "ASK {}" ; ab:message "{x} is open" ] ;',
+        "names {x}; it may name {spot}",
+    ),
+    (
         'ab:of "spot" ; ab:attribute w:hasDoor',
         'ab:of "place" ; ab:attribute w:hasDoor',
         'entry open: ab:of "place" is none of its parameters',

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pyoxigraph
-from oxrdflib._converter import from_ox
-from rdflib import RDF, RDFS, Graph
+from rdflib import RDF, RDFS, BNode, Graph, Literal, URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
@@ -103,9 +103,22 @@ def _parser(data: bytes) -> "pyoxigraph.QuadParser":
     return pyoxigraph.parse(io.BytesIO(data), format=pyoxigraph.RdfFormat.TURTLE)
 
 
+def _term(term: object) -> Node:
+    """Return a term of the parser's as rdflib's."""
+    if isinstance(term, pyoxigraph.NamedNode):
+        return URIRef(term.value)
+    if isinstance(term, pyoxigraph.BlankNode):
+        return BNode(term.value)
+    if isinstance(term, pyoxigraph.Literal):
+        if term.language:
+            return Literal(term.value, lang=term.language)
+        return Literal(term.value, datatype=URIRef(term.datatype.value))
+    raise ValueError(f"{term} is no IRI, blank node or literal")
+
+
 def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:
     try:
-        return [from_ox(quad.triple) for quad in parser]
+        return [(_term(q.subject), _term(q.predicate), _term(q.object)) for q in parser]
     except SyntaxError as error:
         line = f", line {error.lineno}" if error.lineno else ""
         raise KnowledgeError(f"{path}{line}: this is no valid Turtle: {error.msg}") from error

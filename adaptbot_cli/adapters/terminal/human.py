@@ -10,7 +10,7 @@ from rich.text import Text
 
 from adaptbot_cli.adapters.terminal.words import shown, title
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.names import nearest, sentence_list
+from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.questions import (
     ABSENT,
     EXISTS,
@@ -80,9 +80,8 @@ class TerminalHuman:
         """What the person needs to know for the answer: the step, and the names like this one."""
         if question.context:
             self.console.print(shown(f"step: {question.context}", "dim"))
-        near = nearest(question.about, question.known, limit=4)
-        if near:
-            self.console.print(shown(f"near it: {sentence_list(near)}", "dim"))
+        if question.near:
+            self.console.print(shown(f"near it: {sentence_list(question.near)}", "dim"))
 
     def _answered(self, text: str, label: str) -> None:
         line = Text.assemble(("? ", "cyan"), shown(text), "  ", shown(label, "cyan"))

@@ -1,0 +1,192 @@
+"""The published recordings through parse, check, refine and repair, without model or human.
+
+`python tests/bench/recordings.py [--published DIR] [--details]` prints one table: each recorded
+first answer on the published graph before any human input and on the one after it, beside what the
+published implementation recorded. Substitutions are all listed, for judging.
+"""
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
+from adaptbot_cli.core.examine import Rehearsal
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.turns import Keep, Kept
+from adaptbot_cli.core.tutor import inspect
+from adaptbot_cli.resources import bundled
+from adaptbot_cli.session import Ports, drive
+
+DOMAINS = {"cooking": "kitchen", "cleaning": "household"}
+PUBLISHED_SECONDS_A_STEP = 0.5
+
+
+@dataclass
+class Row:
+    """One recorded run, on both graphs."""
+
+    name: str
+    task: str
+    required: list[str]
+    before: Result
+    after: Result
+    kg: Kg
+    seconds: float
+    recorded: dict[str, Any]
+
+
+class Nowhere:
+    """A store that keeps nothing."""
+
+    def keep(self, turn: Keep) -> Kept:
+        return Kept(None)
+
+
+class Bench:
+    """Loads each graph once, then checks plans on it."""
+
+    def __init__(self, published: Path) -> None:
+        self.published = published
+        self.lexicon = WordNet()
+        self.graphs: dict[str, Kg] = {}
+
+    def kg(self, domain: str, file: str) -> Kg:
+        if file not in self.graphs:
+            pack = read_files(bundled("kg") / DOMAINS[domain])
+            facts = read_graphs([self.published / "kg" / file])
+            self.graphs[file] = load_kg(pack, DOMAINS[domain], facts)
+        return self.graphs[file]
+
+    def check(self, text: str, task: Task, kg: Kg) -> Result:
+        nobody: Any = None
+        ports = Ports(nobody, nobody, Rehearsal(kg), self.lexicon, Nowhere())
+        return drive(inspect(task, kg, parse, text), ports)
+
+    def row(self, recorded: dict[str, Any]) -> Row:
+        domain, model = recorded["id"].split("/")[1], recorded["model"]
+        text = recorded["trials"]["llm"]["answers"][0]
+        task = Task(recorded["task"].replace("_", " "), tuple(recorded["ingredients"]))
+        before = self.kg(domain, f"{domain}.initial.d65fe35.ttl")
+        after = self.kg(domain, f"{domain}.after-human.{model}.d65fe35.ttl")
+        first = self.check(text, task, before)
+        started = time.perf_counter()
+        second = self.check(text, task, after)
+        seconds = time.perf_counter() - started
+        results = recorded["trials"]["llm_kg"]["results"]
+        return Row(recorded["id"], task.name, list(task.required), first, second, after,
+                   seconds, results)
+
+
+def unknown(result: Result) -> set[str]:
+    """Return the names that a result reports as unknown."""
+    return {f.subject for f in result.report.findings if f.code in ("E101", "E201")}
+
+
+def used(row: Row) -> list[str]:
+    """Return the required items that a step really used: changed beyond being carried about."""
+    touched = {
+        row.kg.name(triple[0])
+        for step, bound, delta in zip(
+            row.after.report.steps, row.after.report.bounds, row.after.report.deltas, strict=True
+        )
+        if bound is not None and not bound.action.fetches and step.status != "finding"
+        for triple in delta.added
+    }
+    named = {normal(name) for name in touched}
+    return [item for item in row.required if normal(item) in named]
+
+
+def table(rows: list[Row]) -> Table:
+    """Lay the rows out beside what was recorded."""
+    out = Table("row", "task", "steps", "initial graph: unknown", "after-human graph", "goal",
+                "codes", "ms", "recorded llm_kg: errors, overlap %", box=None, header_style="bold")
+    for row in rows:
+        codes = Counter(f.code for f in row.after.report.findings)
+        overlap = float(row.recorded.get("percentage_ingd_used") or 0)
+        out.add_row(
+            row.name, row.task, str(len(row.after.report.steps)),
+            ", ".join(sorted(unknown(row.before))) or row.before.verdict,
+            row.after.verdict, "met" if row.after.goal_met else "not met",
+            " ".join(f"{code}x{n}" for code, n in sorted(codes.items())),
+            f"{row.seconds * 1000:.0f}",
+            f"{row.recorded.get('#execution_errors')}, {overlap:.0f}",
+        )
+    return out
+
+
+def substitutions(rows: list[Row]) -> list[tuple[str, str, str, str, str]]:
+    """Return every substitution of every row, once: row, from, to, by, evidence."""
+    found = [
+        (row.name, change.source, change.target, change.by, change.evidence)
+        for row in rows
+        for result in (row.before, row.after)
+        for step in result.report.steps
+        for change in step.changes
+    ]
+    return list(dict.fromkeys(found))
+
+
+def summary(rows: list[Row]) -> list[str]:
+    """Return the figures of all rows together."""
+    n, seconds = len(rows), sum(row.seconds for row in rows)
+    steps = sum(len(row.after.report.steps) for row in rows)
+    executable = sum(row.after.verdict == "executable" for row in rows)
+    met = sum(row.after.goal_met for row in rows)
+    lost = sum(
+        normal(item) not in {normal(f.subject) for f in row.after.report.findings}
+        for row in rows
+        for item in row.after.report.missing
+    )
+    speed = PUBLISHED_SECONDS_A_STEP / (seconds / steps)
+    return [
+        f"executable on the after-human graph: {executable} of {n} ({executable / n:.0%})",
+        f"goal of the domain met as well: {met} of {n} ({met / n:.0%})",
+        f"required items lost unreported: {lost}",
+        f"{n} first answers in {seconds:.2f} s after loading, "
+        f"{speed:.0f} times the published implementation's speed a step",
+    ]
+
+
+def main() -> None:
+    """Print the report."""
+    here = Path(__file__).parents[2]
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--published", type=Path, default=here.parent / "shared" / "published")
+    parser.add_argument("--details", action="store_true", help="list every finding")
+    options = parser.parse_args()
+    bench = Bench(options.published)
+    lines = (options.published / "plans.dev.jsonl").read_text(encoding="utf-8").splitlines()
+    rows = [bench.row(json.loads(line)) for line in lines]
+    out = Console(width=200, highlight=False)
+    out.print(table(rows))
+    out.print("\n[bold]Substitutions, for judging[/bold]")
+    for entry in substitutions(rows):
+        out.print("  " + " | ".join(entry), markup=False)
+    if options.details:
+        out.print("\n[bold]Findings on the after-human graph[/bold]")
+        for row in rows:
+            for finding in (*row.after.report.findings,
+                            *(row.after.outcome.unmet if row.after.outcome else ())):
+                out.print(f"  {row.name} {finding.code} {finding.message}", markup=False)
+    out.print()
+    for line in summary(rows):
+        out.print(line, markup=False)
+
+
+if __name__ == "__main__":
+    main()
