@@ -1,24 +1,21 @@
 """From the calls of a plan to a report: understand, rehearse with repairs, check the goal."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
-from rdflib import Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import Parameter
+from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
-from adaptbot_cli.core.kg import Delta, Kg
-from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.plan import Call, Finding, Goal, Parsed, Status, Step, Task, Written
-from adaptbot_cli.core.rehearse import Aim, Repair, aim_of, complete, holds, perform
-from adaptbot_cli.core.report import Bound, Outcome, Report
+from adaptbot_cli.core.plan import Call, Finding, Parsed
+from adaptbot_cli.core.rehearse import Aim, Repair, complete, holds
+from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.resolve import action
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.sparql import mentions, variables
-from adaptbot_cli.core.static import Sound, number, render, sentence, understand
-from adaptbot_cli.core.terms import TRUE
+from adaptbot_cli.core.sparql import mentions
+from adaptbot_cli.core.static import Sound, number, sentence, understand
+from adaptbot_cli.core.walk import Walk
 
 _MOST_ROWS = 3
 """With how many of the things that a goal is about its repair is tried."""
@@ -49,7 +46,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     """
     scene.notice([written.call for written in parsed.calls])
     sounds: list[Sound] = []
-    walk = _Walk(scene.kg)
+    walk = Walk(scene.kg)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
         for place, written in enumerate(parsed.calls):
@@ -94,129 +91,6 @@ def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
     return first.values()
 
 
-@dataclass(slots=True)
-class _Walk:
-    """The plan as far as it has been rehearsed."""
-
-    kg: Kg
-    steps: list[Step] = field(default_factory=list)
-    bounds: list[Bound | None] = field(default_factory=list)
-    deltas: list[Delta] = field(default_factory=list)
-    findings: list[Finding] = field(default_factory=list)
-    tainted: set[Node] = field(default_factory=set)
-
-    def skip(self, written: Written, reason: str) -> None:
-        """Leave out a step of the plan that is not needed."""
-        step = Step(written.call, written.source, written.line, "dropped", reason=reason)
-        self._add(step, None)
-
-    def take(self, written: Written, sound: Sound, pointless: str = "") -> None:
-        """Take one step of the plan, with the missing steps before it."""
-        step = Step(sound.call, written.source, written.line, changes=sound.changes)
-        if pointless:
-            self._add(replace(step, status="dropped", reason=pointless), None)
-        elif sound.dropped:
-            why = f"{_reason(sound.dropped, self.kg)}, and the goal does not need it"
-            self._add(replace(step, status="dropped", reason=why), None)
-        elif sound.bound is None:
-            self._unsound(step, sound)
-        else:
-            self._sound(step, sound, sound.bound)
-
-    def _unsound(self, step: Step, sound: Sound) -> None:
-        self.tainted |= {e for arg in sound.call.args for e in self.kg.find(arg)} or {Literal("?")}
-        self._note(sound.findings, step)
-        codes = tuple(dict.fromkeys(f.code for f in sound.findings))
-        message = "; ".join(f.message for f in sound.findings)
-        self._add(replace(step, status="finding", codes=codes, reason=message), None)
-
-    def _sound(self, step: Step, sound: Sound, bound: Bound) -> None:
-        bound = complete(bound, self.kg)
-        problems = [*self._no_default(bound), *self._unmet(bound, sound)]
-        advice = list(self._advice(bound))
-        if self.tainted & set(bound.values.values()):
-            problems, advice = [], []
-        status: Status = "changed" if sound.changes else "ok"
-        if problems:
-            status = "finding"
-        self._note([*problems, *advice], step)
-        codes = tuple(dict.fromkeys(f.code for f in (*problems, *advice)))
-        reason = "; ".join(f.message for f in (*problems, *advice))
-        mark = self.kg.mark
-        if not problems:
-            perform(bound, self.kg)
-        self._add(replace(step, status=status, codes=codes, reason=reason), bound, mark)
-
-    def _advice(self, bound: Bound) -> Iterator[Finding]:
-        for condition in bound.action.advises:
-            if not holds(condition, bound, self.kg):
-                message = sentence(condition.message, bound, self.kg)
-                yield Finding("W602", message, bound.action.name)
-
-    def _no_default(self, bound: Bound) -> Iterator[Finding]:
-        for parameter in bound.action.parameters:
-            if parameter.name not in bound.values and _matters(parameter, bound):
-                kinds = [self.kg.domain.kinds[c].label for c in parameter.classes]
-                what = f"{' or '.join(kinds)} here that can serve as {parameter.name}"
-                yield Finding("E401", f"there is no {what}", bound.action.name)
-
-    def _unmet(self, bound: Bound, sound: Sound) -> Iterator[Finding]:
-        """Achieve what the step needs, yielding a finding for each need that stays open."""
-        for entity, prop in sound.states:
-            if bound.action.effect and prop in bound.action.effect.predicates:
-                continue  # the step itself brings the state about
-            finding = self._achieve(*self._state(entity, prop))
-            if finding:
-                yield finding
-        needs = [
-            (aim_of(condition, bound, self.kg), sentence(condition.message, bound, self.kg))
-            for condition in bound.action.conditions
-        ]
-        for _ in range(2):  # achieving a later condition may undo an earlier one: look twice
-            mark = self.kg.mark
-            unmet = [(aim, message) for aim, message in needs if self._achieve(aim, message)]
-            if self.kg.mark == mark:
-                break
-        else:
-            unmet = [(aim, message) for aim, message in needs if not aim.holds()]
-        for _, message in unmet:
-            yield Finding("E401", message, bound.action.name)
-
-    def _state(self, entity: URIRef, prop: URIRef) -> tuple[Aim, str]:
-        aim = Aim(lambda: (entity, prop, TRUE) in self.kg.facts, frozenset({prop}), {"it": entity})
-        label = self.kg.domain.properties[prop].label
-        return aim, f"{self.kg.name(entity)} must be {label} by then"
-
-    def _achieve(self, aim: Aim, message: str) -> Finding | None:
-        if aim.holds():
-            return None
-        mark = self.kg.mark
-        inserted = Repair(self.kg).achieve(aim)
-        if inserted is None:
-            return Finding("E401", message)
-        self.insert(inserted, message, mark)
-        return None
-
-    def insert(self, inserted: Sequence[Bound], reason: str, mark: int) -> None:
-        """Add steps that a repair has found and performed since `mark`."""
-        for offset, bound in enumerate(inserted):
-            call = render(bound, self.kg)
-            step = Step(call, status="inserted", reason=reason)
-            self._add(step, bound, mark + offset, mark + offset + 1)
-
-    def _note(self, findings: Iterable[Finding], step: Step) -> None:
-        number = len(self.steps) + 1
-        self.findings += [replace(f, step=number, line=step.line) for f in findings]
-
-    def _add(
-        self, step: Step, bound: Bound | None, start: int = -1, end: int | None = None
-    ) -> None:
-        self.steps.append(step)
-        self.bounds.append(bound)
-        changes = self.kg.changes(start, end) if start >= 0 else []
-        self.deltas.append(changes[0] if changes else Delta())
-
-
 def _pointless(sound: Sound, later: Sequence[Call], scene: Scene) -> str:
     """Why a step is not needed: what it is for holds already, or what it fetches is not moved."""
     if sound.bound is not None:
@@ -250,16 +124,6 @@ def _served(bound: Bound, scene: Scene) -> str:
     return sentence(purpose.message, bound, scene.kg) if holds(purpose, bound, scene.kg) else ""
 
 
-def _reason(name: str, kg: Kg) -> str:
-    absent = is_absent(kg, name, "item") or is_absent(kg, name, "action")
-    return f"{name} is not here" if absent else f"nobody has said what {name} is"
-
-
-def _matters(parameter: Parameter, bound: Bound) -> bool:
-    queries = [c.query for c in bound.action.conditions]
-    return bool(parameter.default) and any(parameter.name in variables(q) for q in queries)
-
-
 def _spoilers(scene: Scene) -> set[tuple[int, Node]]:
     """What already spoils a result before the plan: not the plan's fault."""
     return {
@@ -270,7 +134,7 @@ def _spoilers(scene: Scene) -> set[tuple[int, Node]]:
     }
 
 
-def _put_right(walk: _Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
+def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
     """Undo at the end what the plan leaves in the wrong state, or warn of it."""
     for n, node in sorted(_spoilers(scene) - before):
         goal = scene.domain.advice[n]
@@ -288,7 +152,7 @@ def _put_right(walk: _Walk, before: set[tuple[int, Node]], scene: Scene) -> None
             walk.insert(inserted, message, mark)
 
 
-def _reach_goals(walk: _Walk, scene: Scene) -> None:
+def _reach_goals(walk: Walk, scene: Scene) -> None:
     """Add the steps that bring a goal about, where the domain says what they may be about."""
     agent = {"agent": scene.domain.agent}
     for goal in (*scene.domain.goals, *scene.task.goals):
@@ -301,29 +165,6 @@ def _reach_goals(walk: _Walk, scene: Scene) -> None:
             if inserted is not None:
                 walk.insert(inserted, goal.message, mark)
                 break
-
-
-def check_goal(scene: Scene) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
-    """Return the goal conditions that do not hold now, and the required items they concern."""
-    findings: list[Finding] = []
-    missing: list[str] = []
-    for goal in (*scene.domain.goals, *scene.task.goals):
-        for name, finding in _goal(goal, scene.task, scene.kg):
-            findings.append(finding)
-            missing += [name] if name else []
-    return tuple(findings), tuple(dict.fromkeys(missing))
-
-
-def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
-    if not goal.classes:
-        if not kg.ask(goal.query, {"agent": kg.domain.agent}):
-            yield "", Finding("E503", goal.message)
-        return
-    classes = [URIRef(iri) for iri in goal.classes]
-    for name in task.required:
-        found = [e for e in kg.find(name) if kg.is_a(e, classes)]
-        if found and not any(kg.ask(goal.query, {"item": e}) for e in found):
-            yield name, Finding("E503", goal.message.format(item=name), name)
 
 
 def _unused(sounds: Sequence[Sound], parsed: Parsed, scene: Scene) -> list[Finding]:
@@ -349,36 +190,3 @@ def lost_items(old: Parsed, new: Parsed, scene: Scene) -> tuple[str, ...]:
 
     required = scene.task.required
     return tuple(name for name in required if named(old, name) and not named(new, name))
-
-
-@dataclass(frozen=True, slots=True)
-class Rehearsal:
-    """The executor that carries a plan out on a copy of G_s: nothing in the world changes."""
-
-    kg: Kg
-
-    def execute(self, report: Report) -> Outcome:
-        """Carry out a plan's steps in order, then check the goal (Algorithm 1, execute)."""
-        scene = Scene(self.kg, report.task)
-        deltas: list[Delta] = []
-        with self.kg.rehearsal():
-            steps = zip(report.steps, report.bounds, strict=True)
-            for number, (step, bound) in enumerate(steps, start=1):
-                if bound is None:
-                    deltas.append(Delta())
-                    continue
-                error = self._step(number, step, bound)
-                if error is not None:
-                    return Outcome(tuple(deltas), error)
-                deltas += self.kg.changes(self.kg.mark - 1)
-            unmet, missing = check_goal(scene)
-        return Outcome(tuple(deltas), None, unmet, missing)
-
-    def _step(self, number: int, step: Step, bound: Bound) -> Finding | None:
-        failing = [c for c in bound.action.conditions if not holds(c, bound, self.kg)]
-        if failing:
-            message = sentence(failing[0].message, bound, self.kg)
-            return Finding("E401", message, bound.action.name, step=number, line=step.line)
-        perform(bound, self.kg)
-        return None
-

@@ -70,7 +70,7 @@ class Finding:
 class Step:
     """One step on its way from the model's text to an executable call.
 
-    `source` is None for an inserted step; `reason` says why a step was changed, inserted or dropped.
+    `source` is None for an inserted step; `reason` says why a step was changed, inserted, dropped.
     """
 
     call: Call

@@ -60,7 +60,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How far an execution came: what each executed step changed, and what stopped it, if anything."""
+    """How far an execution came: what each executed step changed, what stopped it, if anything."""
 
     deltas: tuple[Delta, ...]
     error: Finding | None = None

@@ -15,6 +15,7 @@ from adaptbot_cli.core.questions import Answer, Question
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.words import Related
 
+
 @dataclass(frozen=True, slots=True)
 class Propose:
     """Ask the planner for a plan. `findings` and `previous` are those of the last try, if any."""

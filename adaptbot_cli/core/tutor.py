@@ -45,7 +45,7 @@ class Run:
     parse: Parse
     scene: Scene
     policy: Policy = "tutor"
-    usage: Usage = Usage()
+    usage: Usage = field(default_factory=Usage)
     asked: dict[teach.Key, tuple[Question, Answer]] = field(default_factory=dict)
     lessons: list[Lesson] = field(default_factory=list)
 
@@ -111,8 +111,10 @@ def _examine(run: Run, text: str) -> Generator[Turn, Any, Report]:
     return report
 
 
-def _replan(run: Run, report: Report, tries: int, limit: int) -> Generator[Turn, Any, tuple[Report, int]]:
-    """Re-prompt with the findings until nothing is open, nothing changes or the tries are used up."""
+def _replan(
+    run: Run, report: Report, tries: int, limit: int
+) -> Generator[Turn, Any, tuple[Report, int]]:
+    """Re-prompt with the findings until nothing is open, nothing changes or tries are used up."""
     while _open(run, report) and tries < limit:
         tries += 1
         findings = _open(run, report)

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
-from adaptbot_cli.core.examine import Rehearsal
+from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parsing import parse

@@ -97,7 +97,7 @@ class Keeper:
             yield name, b"" if text == old else text.encode("utf-8")
 
     def _file_of(self, triple: Triple) -> str:
-        subject, predicate, value = triple
+        _, predicate, value = triple
         if predicate in _ACTION_TERMS or (predicate == RDF.type and value == AB.Action):
             return "actions.ttl"
         return "state.ttl" if self.kg.home_of(predicate) == STATES else "attributes.ttl"

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Sequence
 
 from adaptbot_cli.core.parsing.literals import Node, read_literal
-from adaptbot_cli.core.plan import Call
 from adaptbot_cli.core.parsing.scan import Item, conditional, keep_argument, read_args, shown
+from adaptbot_cli.core.plan import Call
 
 Reader = Callable[[str], Sequence[Item]]
 """Reads the calls in a plain text; a string of a JSON plan may hold some."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 from adaptbot_cli.core.parsing.control import Blocks, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
-from adaptbot_cli.core.plan import Call
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
     UNCLOSED_QUOTE,
@@ -17,6 +16,7 @@ from adaptbot_cli.core.parsing.scan import (
     swallow,
 )
 from adaptbot_cli.core.parsing.shapes import alternative, call_name, is_call, trailing_condition
+from adaptbot_cli.core.plan import Call
 
 # A plan takes a few hundred units: one for a line, one for a parenthesis, some for a fault.
 _EFFORT = 20_000

@@ -5,8 +5,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from adaptbot_cli.core.plan import Finding, Written
 from adaptbot_cli.core.parsing.scan import shown
+from adaptbot_cli.core.plan import Finding, Written
 
 SEPARATED, LABELLED, WHOLE, RECAP = 1, 2, 3, 4
 """What stands before a call: any other text, or a heading that hints at a repetition."""

@@ -1,8 +1,8 @@
 """The parser: from a language model's raw text to plan calls."""
 
 from adaptbot_cli.core.parsing.lines import read_text
-from adaptbot_cli.core.plan import Finding, Parsed, Written
 from adaptbot_cli.core.parsing.recap import without_repeats
+from adaptbot_cli.core.plan import Finding, Parsed, Written
 
 
 def parse(text: str) -> Parsed:

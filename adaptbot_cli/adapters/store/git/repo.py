@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Final
 
 from adaptbot_cli.adapters.store.git.history import Commit, commit_from
 from adaptbot_cli.adapters.store.git.index import locked_index
-from adaptbot_cli.adapters.store.git.snapshot import FOLDER, File, TreeEntry, lookup, read_file, tree_with
+from adaptbot_cli.adapters.store.git.snapshot import (
+    FOLDER,
+    File,
+    TreeEntry,
+    lookup,
+    read_file,
+    tree_with,
+)
 from adaptbot_cli.adapters.store.git.trouble import Moved, busy, busy_message, refuse_format, told
 from adaptbot_cli.errors import KnowledgeError
 
@@ -55,7 +62,8 @@ class Repo:
                 found = Dulwich.discover(str(root))
             except NotGitRepository:
                 found = None
-            if found is None or found.bare or (own and Path(found.path).resolve() != root.resolve()):
+            above = found is not None and Path(found.path).resolve() != root.resolve()
+            if found is None or found.bare or (own and above):
                 found = Dulwich.init(str(root), default_branch=b"main")
             refuse_format(found)
             return cls(found, root)

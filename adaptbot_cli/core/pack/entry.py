@@ -1,0 +1,157 @@
+"""One entry of a pack's file, with readers that say in a sentence what is wrong with it."""
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from string import Formatter
+
+from rdflib import RDF, Graph, Literal, URIRef
+from rdflib.collection import Collection
+from rdflib.term import Node
+
+from adaptbot_cli.core.sparql import bindable, prefixed
+from adaptbot_cli.core.terms import AB, local
+from adaptbot_cli.errors import PackError
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One node of a pack's file, with readers that complain in sentences."""
+
+    graph: Graph
+    file: str
+    entry: str
+    node: URIRef
+
+    @classmethod
+    def of(cls, graph: Graph, file: str, node: Node, entry: str = "") -> "Entry":
+        """Return the entry at a node; `entry` is the name under which faults are told."""
+        return cls(graph, file, entry or local(node), node)  # type: ignore[arg-type]
+
+    def fail(self, problem: str) -> PackError:
+        """Return the error that tells a problem of this entry."""
+        return PackError(f"{self.file}, entry {self.entry}: {problem}")
+
+    def value(self, predicate: URIRef) -> Node | None:
+        """Return the one value, if there is one. Raises PackError if there are several."""
+        values = sorted(self.graph.objects(self.node, predicate), key=str)
+        if len(values) > 1:
+            raise self.fail(f"has {len(values)} values for ab:{local(predicate)}; keep one")
+        return values[0] if values else None
+
+    def text(self, predicate: URIRef, default: str | None = None) -> str:
+        """Return the value as text. Raises PackError if it is missing and has no default."""
+        value = self.value(predicate)
+        if value is None:
+            if default is not None:
+                return default
+            raise self.fail(f"lacks {_term(predicate)}; add it")
+        return str(value)
+
+    def texts(self, predicate: URIRef) -> tuple[str, ...]:
+        """Return every value as text, sorted."""
+        return tuple(sorted(str(value) for value in self.graph.objects(self.node, predicate)))
+
+    def iri(self, predicate: URIRef) -> URIRef:
+        """Return the value, which must be an IRI. Raises PackError."""
+        value = self.value(predicate)
+        if not isinstance(value, URIRef):
+            raise self.fail(f"needs an IRI as {_term(predicate)}")
+        return value
+
+    def iris(self, predicate: URIRef) -> tuple[URIRef, ...]:
+        """Return every value that is an IRI, sorted."""
+        values = self.graph.objects(self.node, predicate)
+        return tuple(sorted(value for value in values if isinstance(value, URIRef)))
+
+    def maybe_iri(self, predicate: URIRef) -> URIRef | None:
+        """Return the value, an IRI, if there is one. Raises PackError if it is something else."""
+        return None if self.value(predicate) is None else self.iri(predicate)
+
+    def flag(self, predicate: URIRef) -> bool:
+        """Tell whether the value is true; missing is false."""
+        value = self.value(predicate)
+        return isinstance(value, Literal) and value.toPython() is True
+
+    def number(self, predicate: URIRef) -> int | None:
+        """Return the value as a whole number, if there is one. Raises PackError."""
+        value = self.value(predicate)
+        if value is None:
+            return None
+        if not isinstance(value, Literal) or not isinstance(value.toPython(), int):
+            raise self.fail(f"needs a whole number as {_term(predicate)}")
+        return int(value.toPython())
+
+    def parts(self, predicate: URIRef) -> tuple["Entry", ...]:
+        """The nodes below `predicate`, by their ab:order, then by their text."""
+        nodes = [self._part(node) for node in self.graph.objects(self.node, predicate)]
+        return tuple(sorted(nodes, key=order_of))
+
+    def listed(self, predicate: URIRef) -> tuple["Entry", ...]:
+        """Return the nodes of the RDF list below `predicate`, in order."""
+        head = self.value(predicate)
+        if head is None:
+            return ()
+        return tuple(self._part(node) for node in Collection(self.graph, head))
+
+    def _part(self, node: Node) -> "Entry":
+        return Entry.of(self.graph, self.file, node, self.entry)
+
+
+def order_of(entry: Entry) -> tuple[int, str]:
+    """Return what entries are sorted by: ab:order, then their text."""
+    return entry.number(AB.order) or 0, " ".join(sorted(map(str, entry.graph.objects(entry.node))))
+
+
+def _term(predicate: URIRef) -> str:
+    prefix = "ab" if predicate.startswith(str(AB)) else "rdfs"
+    return f"{prefix}:{local(predicate)}"
+
+
+def entries(graph: Graph, file: str, kind: URIRef) -> Iterator[tuple[URIRef, Entry]]:
+    """Return the entries of a class, sorted by IRI."""
+    for node in sorted(graph.subjects(RDF.type, kind), key=str):
+        if isinstance(node, URIRef):
+            yield node, Entry.of(graph, file, node)
+
+
+def query_of(entry: Entry, text: str, what: str, form: str) -> str:
+    """Return an entry's query, ready to be asked with bindings. Raises PackError."""
+    if not text:
+        return ""
+    if not re.match(rf"\s*{form}\b", text):
+        raise entry.fail(f"{what} must be a SPARQL {form}")
+    query = prefixed(entry.graph, text) + text.strip()
+    valid(entry, query, what)
+    valid(entry, bindable(query), what)
+    return bindable(query)
+
+
+def valid(entry: Entry, query: str, what: str) -> None:
+    """Make sure that a query is valid SPARQL. Raises PackError."""
+    problem = syntax_problem(query)
+    if problem:
+        raise entry.fail(f"{what} is no valid SPARQL: {problem}")
+
+
+def syntax_problem(query: str) -> str:
+    """Return what is wrong with a query's syntax, or nothing."""
+    import pyoxigraph
+
+    try:
+        pyoxigraph.Store().query(query)
+    except SyntaxError as error:
+        return " ".join(str(error).split())
+    return ""
+
+
+def check_message(entry: Entry, message: str, names: Iterable[str]) -> None:
+    """Make sure that a message of the domain can be filled in."""
+    try:
+        fields = [field for _, field, _, _ in Formatter().parse(message) if field is not None]
+    except ValueError as problem:
+        raise entry.fail(f'the message "{message}" has a brace too many: {problem}') from None
+    for name in fields:
+        if name not in names:
+            only = " or ".join(f"{{{known}}}" for known in names) or "no parameter"
+            raise entry.fail(f'the message "{message}" names {{{name}}}; it may name {only}')
