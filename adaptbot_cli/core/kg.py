@@ -100,7 +100,7 @@ class Kg:
                     subject
                     for predicate in (*self.domain.name_properties(), AB.alias)
                     for subject in self.facts.subjects(predicate, Literal(text))
-                    if isinstance(subject, URIRef)
+                    if isinstance(subject, URIRef) and self.classes(subject)
                 }
                 if found:
                     return tuple(sorted(found))

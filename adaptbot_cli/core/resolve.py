@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from rdflib import URIRef
+from rdflib import Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action, CalledAs
@@ -17,6 +17,7 @@ from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import nearest, normal, sentence_list, variants, words
 from adaptbot_cli.core.plan import Change, Finding
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.terms import AB
 from adaptbot_cli.core.words import Related
 
 T = TypeVar("T")
@@ -217,7 +218,7 @@ def action(name: str, scene: Scene) -> NamedAction:
 
 
 def _action_alias(name: str, scene: Scene) -> NamedAction | None:
-    taught: set[Node] = set(scene.kg.find(normal(name)))
+    taught: set[Node] = set(scene.kg.facts.subjects(AB.alias, Literal(normal(name))))
     for known in scene.domain.actions.values():
         if normal(name) in known.aliases or known.iri in taught:
             why = f"{name} is another name for {known.name}"

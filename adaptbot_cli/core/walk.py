@@ -55,10 +55,11 @@ class Walk:
 
     def _sound(self, step: Step, sound: Sound, bound: Bound) -> None:
         bound = complete(bound, self.kg)
-        problems = [*self._no_default(bound), *self._unmet(bound, sound)]
-        advice = list(self._advice(bound))
-        if self.tainted & set(bound.values.values()):
-            problems, advice = [], []
+        problems: list[Finding] = []
+        advice: list[Finding] = []
+        if not self.tainted & set(bound.values.values()):
+            problems = [*self._no_default(bound), *self._unmet(bound, sound)]
+            advice = list(self._advice(bound))
         status: Status = "changed" if sound.changes else "ok"
         if problems:
             status = "finding"
