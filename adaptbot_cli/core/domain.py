@@ -96,11 +96,15 @@ class AttributeRequirement:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A SPARQL ASK over the state at one point of the plan, and the sentence when it fails."""
+    """A SPARQL ASK over the state at one point of the plan, and the sentence when it fails.
+
+    `about` is a SELECT of further things with which missing steps may bring it about.
+    """
 
     query: str
     message: str
     predicates: frozenset[URIRef] = frozenset()
+    about: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,10 +70,11 @@ class Repair:
     """A bounded backward search for missing steps: the actions whose effects achieve an aim.
 
     Shortest first; among equals the domain's order of actions decides. What a successful search
-    finds is already applied to the graph.
+    finds is already applied to the graph. The action `without` is not made use of.
     """
 
     kg: Kg
+    without: str = ""
     tries: int = 0
     trail: list[tuple[str, tuple[tuple[str, Node], ...]]] = field(default_factory=list)
 
@@ -124,7 +125,8 @@ class Repair:
     def _candidates(self, aim: Aim) -> Iterator[Bound]:
         pool = self._pool(aim)
         for action in self.kg.domain.actions.values():
-            if action.effect is not None and action.effect.predicates & aim.predicates:
+            effect = action.effect if action.name != self.without else None
+            if effect is not None and effect.predicates & aim.predicates:
                 yield from self._grounded(action, pool)
 
     def _pool(self, aim: Aim) -> list[Node]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import Parameter
+from adaptbot_cli.core.domain import Condition, Parameter
 from adaptbot_cli.core.kg import Delta, Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
@@ -15,6 +15,10 @@ from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.static import Sound, render, sentence
 from adaptbot_cli.core.terms import TRUE
+
+
+_MOST_ROWS = 3
+"""With how many of the things that a condition is about a suggestion is looked for."""
 
 
 @dataclass(slots=True)
@@ -75,7 +79,23 @@ class Walk:
         for condition in bound.action.advises:
             if not holds(condition, bound, self.kg):
                 message = sentence(condition.message, bound, self.kg)
-                yield Finding("W602", message, bound.action.name)
+                steps = self._suggested(condition, bound)
+                yield Finding("W602", message, bound.action.name, candidates=steps)
+
+    def _suggested(self, condition: Condition, bound: Bound) -> tuple[str, ...]:
+        """The missing steps that would have made sense of a step, for the person to judge."""
+        if not condition.about:
+            return ()
+        for row in self.kg.rows(condition.about, bound.values)[:_MOST_ROWS]:
+            aim = aim_of(condition, bound, self.kg)
+            aim = replace(aim, values={**bound.values, **row})
+            mark = self.kg.mark
+            steps = Repair(self.kg, without=bound.action.name).achieve(aim)
+            calls = tuple(render(step, self.kg).render() for step in steps or ())
+            self.kg.undo_to(mark)
+            if calls:
+                return calls
+        return ()
 
     def _no_default(self, bound: Bound) -> Iterator[Finding]:
         for parameter in bound.action.parameters:

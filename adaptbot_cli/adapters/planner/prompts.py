@@ -14,6 +14,9 @@ from adaptbot_cli.core.turns import Propose
 MOST_NAMES = 12
 """How many things of one kind a prompt names at most, so that it does not grow with the graph."""
 
+_NAMES_NEAR = frozenset({"E101", "E103", "E201", "E202"})
+"""Findings whose candidates are names that a plan may use."""
+
 
 @dataclass(frozen=True, slots=True)
 class Prompts:
@@ -78,5 +81,6 @@ def _signature(action: Action) -> str:
 
 def _told(finding: Finding) -> str:
     where = f"line {finding.line}: " if finding.line else ""
-    near = f" (known: {', '.join(finding.candidates)})" if finding.candidates else ""
-    return f"{where}{finding.message}{near}"
+    near = [name for name in finding.candidates if name not in finding.message]
+    known = f" (known: {', '.join(near)})" if near and finding.code in _NAMES_NEAR else ""
+    return f"{where}{finding.message}{known}"

@@ -94,7 +94,8 @@ def _attribute(entry: Entry) -> AttributeRequirement:
 
 def _condition(entry: Entry) -> Condition:
     query = query_of(entry, entry.text(AB.ask), "ab:ask", "ASK")
-    return Condition(query, entry.text(AB.message), mentions(query))
+    about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
+    return Condition(query, entry.text(AB.message), mentions(query), about)
 
 
 def _purpose(entry: Entry) -> Condition | None:
