@@ -14,8 +14,16 @@ HERE = Path(__file__).parent
 THEME = TerminalTheme(
     (255, 255, 255),
     (36, 41, 47),
-    [(36, 41, 47), (207, 34, 46), (17, 99, 41), (122, 82, 0),
-     (9, 105, 218), (130, 80, 223), (27, 124, 131), (110, 119, 129)],
+    [
+        (36, 41, 47),
+        (207, 34, 46),
+        (17, 99, 41),
+        (122, 82, 0),
+        (9, 105, 218),
+        (130, 80, 223),
+        (27, 124, 131),
+        (110, 119, 129),
+    ],
 )
 """Colours with enough contrast on white, in the order of the ANSI colours."""
 
@@ -26,8 +34,14 @@ def draw(name: str, task: str, answers: str, width: int) -> None:
         told = Path(folder) / "answers.yaml"
         told.write_text(answers, encoding="utf-8")
         request = Request(task, "kitchen", model="library", answers=told)
-        console = Console(record=True, width=width, file=io.StringIO(), highlight=False,
-                          force_terminal=True, color_system="standard")
+        console = Console(
+            record=True,
+            width=width,
+            file=io.StringIO(),
+            highlight=False,
+            force_terminal=True,
+            color_system="standard",
+        )
         with build(request, Workspace(Path(folder) / "home"), {}, console, None) as session:
             result = session.run()
             session.screen.finish(result, result.revision)
@@ -36,4 +50,9 @@ def draw(name: str, task: str, answers: str, width: int) -> None:
 
 
 if __name__ == "__main__":
-    draw("omelette", "make omelette", "chives: {existence: exists, obj_location: fridge}", 140)
+    draw(
+        "omelette",
+        "make omelette",
+        "chives: {existence: exists, kind: object, obj_location: fridge}",
+        140,
+    )

@@ -9,7 +9,7 @@ from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Call, Finding, Parsed
-from adaptbot_cli.core.rehearse import Aim, Repair, complete, holds
+from adaptbot_cli.core.rehearse import Aim, Repair, all_hold, complete, holds
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.resolve import action
 from adaptbot_cli.core.scene import Scene
@@ -21,8 +21,10 @@ _MOST_ROWS = 3
 """With how many of the things that a goal is about its repair is tried."""
 
 _OF_A_NAME = frozenset({"E101", "E201"})
+_OF_MOVING = frozenset({"E202", "E302"})
 _OF_ITS_STEP = frozenset({"E401", "W602"})
-"""The codes of findings about a name, and of those about the state at one step of the plan."""
+"""The codes of findings about a name, of a thing that cannot be moved, and of those about the state
+at one step of the plan."""
 
 
 def words_to_look_up(calls: Iterable[Call], scene: Scene) -> tuple[set[str], set[str]]:
@@ -45,7 +47,6 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     where everything before them about the same things could be understood.
     """
     scene.notice([written.call for written in parsed.calls])
-    sounds: list[Sound] = []
     walk = Walk(scene.kg)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
@@ -57,13 +58,12 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
                 sound = understand(call, scene)
                 if meant.change is not None:
                     sound = replace(sound, changes=(meant.change, *sound.changes))
-                sounds.append(sound)
                 later = [w.call for w in parsed.calls[place + 1 :]]
                 walk.take(written, sound, _pointless(sound, later, scene))
         _put_right(walk, before, scene)
         _reach_goals(walk, scene)
         unmet, missing = check_goal(scene) if not walk.tainted else ((), ())
-    absent = _unused(sounds, parsed, scene)
+    absent = _unused(walk.bounds, parsed, scene)
     seen = {finding.subject for finding in absent}
     unmet = tuple(f for f in unmet if f.subject not in seen)
     findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
@@ -92,27 +92,34 @@ def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
 
 
 def _pointless(sound: Sound, later: Sequence[Call], scene: Scene) -> str:
-    """Why a step is not needed: what it is for holds already, or what it fetches is not moved."""
+    """Why a step is not needed: what it is for holds already, or what it moves need not move."""
     if sound.bound is not None:
         return _served(sound.bound, scene)
-    if sound.action is None or not sound.action.fetches:
+    action = sound.action
+    if action is None or not (action.fetches or action.purpose) or not sound.call.args:
         return ""
-    fetched = set(scene.kg.find(sound.call.args[0])) if sound.call.args else set()
+    moved = set(scene.kg.find(sound.call.args[0]))
+    told = "; ".join(finding.message for finding in sound.findings)
+    if not moved or any(finding.code not in _OF_MOVING for finding in sound.findings):
+        return ""
     for call in later:
-        if call.args and fetched & set(scene.kg.find(call.args[0])):
-            following = understand(call, scene).bound
-            return _needless(sound, following, scene) if following else ""
-    return ""
+        looked_at = call.args[:1] if action.fetches else call.args
+        if any(moved & set(scene.kg.find(arg)) for arg in looked_at):
+            return _needless(told, understand(call, scene).bound, scene)
+    return f"{told}, and no later step moves it" if action.fetches else ""
 
 
-def _needless(sound: Sound, following: Bound, scene: Scene) -> str:
-    """Why what cannot be fetched need not be: the step that follows can be done without."""
+def _needless(told: str, following: Bound | None, scene: Scene) -> str:
+    """Why what cannot be moved need not be: the step that follows can be done without."""
+    if following is None:
+        return ""
     served = _served(following, scene)
     following = complete(following, scene.kg)
-    if served or not all(holds(c, following, scene.kg) for c in following.action.conditions):
-        return served
-    told = "; ".join(finding.message for finding in sound.findings)
-    return f"{told}, and {following.action.name} does not need it"
+    if served:
+        return f"{told}, and {served}"
+    if all_hold(following, scene.kg):
+        return f"{told}, and {following.action.name} does not need it"
+    return ""
 
 
 def _served(bound: Bound, scene: Scene) -> str:
@@ -167,9 +174,9 @@ def _reach_goals(walk: Walk, scene: Scene) -> None:
                 break
 
 
-def _unused(sounds: Sequence[Sound], parsed: Parsed, scene: Scene) -> list[Finding]:
+def _unused(bounds: Sequence[Bound | None], parsed: Parsed, scene: Scene) -> list[Finding]:
     """Findings for the required items that no step of the plan names."""
-    entities = {v for s in sounds if s.bound for v in s.bound.values.values()}
+    entities = {value for bound in bounds if bound for value in bound.values.values()}
     written = {normal(arg) for w in parsed.calls for arg in w.call.args}
     findings = []
     for name in scene.task.required:

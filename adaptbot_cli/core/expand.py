@@ -41,9 +41,7 @@ def expand(call: Call, scene: Scene) -> Meant:
     return Meant((call,))
 
 
-def _meant(
-    call: Call, position: int, action: Action, names: list[str], by: str, why: str
-) -> Meant:
+def _meant(call: Call, position: int, action: Action, names: list[str], by: str, why: str) -> Meant:
     if action.fetches and len(names) > 1:
         told = sentence_list(names)
         return Meant((), dropped=f"{why}: {told}, each fetched by the step that uses it")
@@ -98,12 +96,15 @@ def _quantifier(arg: str, parameter: Parameter, action: Action, scene: Scene) ->
 
 def _product(arg: str, parameter: Parameter, action: Action, scene: Scene) -> Found | None:
     """What the plan makes: the one item that it is named after, else the required items."""
-    if scene.kg.find(arg) or scene.requires(arg) or not scene.is_product(arg):
+    finding = resolve.item(arg, parameter.classes, scene).finding
+    if finding is None or finding.code != "E203":
         return None
     parts = words(arg)
     named = [part for part in parts if scene.requires(part) and scene.kg.find(part)]
     if len(named) == 1:
         return [scene.kg.name(scene.kg.find(named[0])[0])], "product", f"{arg} is made of it"
+    if not all(scene.kg.find(item) for item in scene.task.required):
+        return None  # what it is made of is not all known yet
     fitting = _required(parameter, action, scene)
     return fitting, "product", f"{arg} is what the required items become"
 

@@ -54,6 +54,11 @@ def holds(condition: Condition, bound: Bound, kg: Kg) -> bool:
     return kg.ask(condition.query, {"agent": kg.domain.agent, **bound.values})
 
 
+def all_hold(bound: Bound, kg: Kg) -> bool:
+    """Tell whether every condition of an action holds now."""
+    return all(holds(condition, bound, kg) for condition in bound.action.conditions)
+
+
 def aim_of(condition: Condition, bound: Bound, kg: Kg) -> Aim:
     """Return a condition as something to aim for."""
     return Aim(lambda: holds(condition, bound, kg), condition.predicates, bound.values)

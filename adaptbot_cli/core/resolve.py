@@ -118,6 +118,8 @@ def _with_state(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | N
             proper = scene.kg.name(found[0])
             why = f"{name} is {proper} that is {prop.label}"
             return Named(found[0], Change(name, proper, "state", why), (prop.iri,))
+        if scene.requires(rest) and not scene.kg.find(rest):
+            return Named(finding=unknown_item(rest, classes, scene))
     return None
 
 
@@ -255,13 +257,9 @@ def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
     return NamedAction(known, Change(name, known.name, word.relation, _verb_evidence(name, word)))
 
 
-
-
 def _actions_called(word: str, scene: Scene) -> set[str]:
     actions = scene.domain.actions.values()
     return {known.name for known in actions if word in (known.name, known.verb)}
-
-
 
 
 def _verb_evidence(name: str, word: Related) -> str:

@@ -53,7 +53,10 @@ class Scene:
         """Tell whether a name means what the task makes, not a thing of the home."""
         parts = set(words(name)) - self.domain.fillers
         made = set(words(self.task.name)) - self.domain.fillers
-        dish = {word for word in made if not self.kg.find(word)}
+        needed = {word for item in self.task.required for word in words(item)}
+        dish = {word for word in made - needed if not self.kg.find(word)}
+        if not self.domain.products:
+            return False  # nothing is made in this domain: a task's words name things
         return bool(parts & (self.domain.products | dish)) or (bool(parts) and parts <= made)
 
     def sets_aside(self, name: str, subject: str) -> bool:

@@ -68,9 +68,7 @@ def _argument_findings(call: Call, scene: Scene) -> Iterator[Finding]:
                 yield named.finding
 
 
-def _of_the_items_kind(
-    action: Action, call: Call, scene: Scene
-) -> tuple[Action, Change | None]:
+def _of_the_items_kind(action: Action, call: Call, scene: Scene) -> tuple[Action, Change | None]:
     """The action of the same family that takes the kind of thing that the first item is."""
     if not action.family or not call.args or not action.parameters:
         return action, None
@@ -209,9 +207,7 @@ def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
     return findings
 
 
-def _attribute(
-    need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg
-) -> Finding | None:
+def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg) -> Finding | None:
     values = known_values(kg, entity, need.prop)
     if need.value in values or (need.assume and not values):
         return None

@@ -104,6 +104,4 @@ def learned(result: Result, kg: Kg) -> list[list[str]]:
     """Return the facts of every lesson: subject, predicate, object, graph."""
     facts = [fact for lesson in result.lessons for fact in sorted(lesson.delta.added)]
     graphs = {True: "state", False: "attribute"}
-    return [
-        [local(s), local(p), local(o), graphs[kg.home_of(p) == STATES]] for s, p, o in facts
-    ]
+    return [[local(s), local(p), local(o), graphs[kg.home_of(p) == STATES]] for s, p, o in facts]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from rdflib import RDF, URIRef
 
 from adaptbot_cli.core import learning, resolve
-from adaptbot_cli.core.domain import Kind, Property
+from adaptbot_cli.core.domain import Action, Kind, Property
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Finding
@@ -102,14 +102,28 @@ def _existence(subject: str, finding: Finding, context: str, scene: Scene) -> Qu
         text = f'I do not know how to "{said}". Is it something I can do here?'
         known = (*finding.candidates, *scene.domain.actions)
         return Question(
-            "existence", name, text, "", "action", _EXISTENCE_ACTION,
-            tuple(dict.fromkeys(known)), finding.candidates, context,
+            "existence",
+            name,
+            text,
+            "",
+            "action",
+            _EXISTENCE_ACTION,
+            tuple(dict.fromkeys(known)),
+            finding.candidates,
+            context,
         )
     text = f'I do not know "{said}". Is there such a thing in this {scene.domain.name}?'
     known = (*finding.candidates, *_everything(scene))
     return Question(
-        "existence", name, text, "", "item", _EXISTENCE_ITEM,
-        tuple(dict.fromkeys(known)), finding.candidates, context,
+        "existence",
+        name,
+        text,
+        "",
+        "item",
+        _EXISTENCE_ITEM,
+        tuple(dict.fromkeys(known)),
+        finding.candidates,
+        context,
     )
 
 
@@ -136,9 +150,7 @@ def _property(name: str, scene: Scene) -> Property | None:
     return next((p for p in scene.domain.properties.values() if local(p.iri) == name), None)
 
 
-def _kind_question(
-    finding: Finding, report: Report, scene: Scene, asked: Asked
-) -> Question | None:
+def _kind_question(finding: Finding, report: Report, scene: Scene, asked: Asked) -> Question | None:
     """What kind of thing something is that a person has said exists."""
     name = normal(finding.subject)
     said = asked.get(("existence", name, "", "item"))
@@ -156,15 +168,32 @@ def _kind_label(kind: Kind) -> str:
 
 
 def possible_kinds(name: str, report: Report, scene: Scene) -> list[Kind]:
-    """Return the kinds that an unknown thing can be, from the steps that use it."""
+    """Return the kinds that an unknown thing can be, from the steps that use it.
+
+    Which action of a family was written says little of the thing, so all kinds that the family
+    takes are possible; the one that was written for comes first.
+    """
     kinds = list(scene.domain.teachable)
+    likely: set[URIRef] = set()
     for step in report.steps:
         action = resolve.action(step.call.action, scene).action
         for position, arg in enumerate(step.call.args if action else ()):
             if action and normal(arg) == name and position < len(action.visible):
-                classes = set(action.visible[position].classes)
+                likely |= set(action.visible[position].classes)
+                classes = _of_family(action, position, scene)
                 kinds = [k for k in kinds if classes & set(k.supers)] or kinds
-    return kinds
+    return sorted(kinds, key=lambda kind: not likely & set(kind.supers))
+
+
+def _of_family(action: Action, position: int, scene: Scene) -> set[URIRef]:
+    """The classes that an action or others of its family take at a position."""
+    family = [a for a in scene.domain.actions.values() if a.family and a.family == action.family]
+    return {
+        iri
+        for member in family or [action]
+        for parameter in member.visible[position : position + 1]
+        for iri in parameter.classes
+    }
 
 
 def learn(question: Question, answer: Answer, report: Report, scene: Scene) -> Lesson | None:

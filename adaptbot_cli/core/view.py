@@ -53,7 +53,12 @@ def thing(kg: Kg, entity: URIRef) -> Thing:
     states = facts.get(STATES, {})
     attributes = {k: v for home, told in facts.items() if home != STATES for k, v in told.items()}
     return Thing(
-        kg.name(entity), ", ".join(kinds), place, kg.aliases(entity), attributes, states,
+        kg.name(entity),
+        ", ".join(kinds),
+        place,
+        kg.aliases(entity),
+        attributes,
+        states,
         tuple(kg.name(inside) for inside in contents(kg, entity)),
     )
 

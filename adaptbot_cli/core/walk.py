@@ -10,10 +10,18 @@ from adaptbot_cli.core.domain import Condition, Parameter
 from adaptbot_cli.core.kg import Delta, Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
-from adaptbot_cli.core.rehearse import Aim, Repair, aim_of, complete, holds, perform
+from adaptbot_cli.core.rehearse import (
+    Aim,
+    Repair,
+    aim_of,
+    all_hold,
+    complete,
+    holds,
+    perform,
+)
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.sparql import variables
-from adaptbot_cli.core.static import Sound, render, sentence
+from adaptbot_cli.core.static import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.terms import TRUE
 
 
@@ -41,7 +49,7 @@ class Walk:
         """Take one step of the plan, with the missing steps before it."""
         step = Step(sound.call, written.source, written.line, changes=sound.changes)
         if pointless:
-            self._add(replace(step, status="dropped", reason=pointless), None)
+            self._pointless(step, sound, pointless)
         elif sound.dropped:
             why = f"{_reason(sound.dropped, self.kg)}, and the goal does not need it"
             self._add(replace(step, status="dropped", reason=why), None)
@@ -49,6 +57,13 @@ class Walk:
             self._unsound(step, sound)
         else:
             self._sound(step, sound, sound.bound)
+
+    def _pointless(self, step: Step, sound: Sound, reason: str) -> None:
+        """Leave out a step that is not needed; if it could not be done either, say so."""
+        findings = [Finding("W603", reason, f.subject) for f in sound.findings[:1]]
+        self._note(findings, step)
+        codes = tuple(f.code for f in findings)
+        self._add(replace(step, status="dropped", reason=reason, codes=codes), None)
 
     def _unsound(self, step: Step, sound: Sound) -> None:
         self.tainted |= {e for arg in sound.call.args for e in self.kg.find(arg)} or {Literal("?")}
@@ -61,8 +76,10 @@ class Walk:
         bound = complete(bound, self.kg)
         problems: list[Finding] = []
         advice: list[Finding] = []
-        if not self.tainted & set(bound.values.values()):
-            problems = [*self._no_default(bound), *self._unmet(bound, sound)]
+        tainted = bool(self.tainted & set(bound.values.values()))
+        if not tainted:
+            problems = attribute_findings(bound, self.kg) + list(self._no_default(bound))
+            problems += [] if problems else self._unmet(bound, sound)
             advice = list(self._advice(bound))
         status: Status = "changed" if sound.changes else "ok"
         if problems:
@@ -71,7 +88,7 @@ class Walk:
         codes = tuple(dict.fromkeys(f.code for f in (*problems, *advice)))
         reason = "; ".join(f.message for f in (*problems, *advice))
         mark = self.kg.mark
-        if not problems:
+        if not problems and (not tainted or all_hold(bound, self.kg)):
             perform(bound, self.kg)
         self._add(replace(step, status=status, codes=codes, reason=reason), bound, mark)
 

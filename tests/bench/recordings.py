@@ -88,8 +88,9 @@ class Bench:
         second = self.check(text, task, after)
         seconds = time.perf_counter() - started
         results = recorded["trials"]["llm_kg"]["results"]
-        return Row(recorded["id"], task.name, list(task.required), first, second, after,
-                   seconds, results)
+        return Row(
+            recorded["id"], task.name, list(task.required), first, second, after, seconds, results
+        )
 
 
 def unknown(result: Result) -> set[str]:
@@ -113,15 +114,29 @@ def used(row: Row) -> list[str]:
 
 def table(rows: list[Row]) -> Table:
     """Lay the rows out beside what was recorded."""
-    out = Table("row", "task", "steps", "initial graph: unknown", "after-human graph", "goal",
-                "codes", "ms", "recorded llm_kg: errors, overlap %", box=None, header_style="bold")
+    out = Table(
+        "row",
+        "task",
+        "steps",
+        "initial graph: unknown",
+        "after-human graph",
+        "goal",
+        "codes",
+        "ms",
+        "recorded llm_kg: errors, overlap %",
+        box=None,
+        header_style="bold",
+    )
     for row in rows:
         codes = Counter(f.code for f in row.after.report.findings)
         overlap = float(row.recorded.get("percentage_ingd_used") or 0)
         out.add_row(
-            row.name, row.task, str(len(row.after.report.steps)),
+            row.name,
+            row.task,
+            str(len(row.after.report.steps)),
             ", ".join(sorted(unknown(row.before))) or row.before.verdict,
-            row.after.verdict, "met" if row.after.goal_met else "not met",
+            row.after.verdict,
+            "met" if row.after.goal_met else "not met",
             " ".join(f"{code}x{n}" for code, n in sorted(codes.items())),
             f"{row.seconds * 1000:.0f}",
             f"{row.recorded.get('#execution_errors')}, {overlap:.0f}",
@@ -180,8 +195,10 @@ def main() -> None:
     if options.details:
         out.print("\n[bold]Findings on the after-human graph[/bold]")
         for row in rows:
-            for finding in (*row.after.report.findings,
-                            *(row.after.outcome.unmet if row.after.outcome else ())):
+            for finding in (
+                *row.after.report.findings,
+                *(row.after.outcome.unmet if row.after.outcome else ()),
+            ):
                 out.print(f"  {row.name} {finding.code} {finding.message}", markup=False)
     out.print()
     for line in summary(rows):

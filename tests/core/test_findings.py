@@ -11,7 +11,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.turns import Propose
 from tests.driving import Script, drive
-from tests.worlds import parsed, scene, workshop
+from tests.worlds import changed, parsed, scene, workshop
 
 # code: (a plan with it, a plan without it); "board" is required.
 PLANS = {
@@ -35,6 +35,14 @@ REPLANS = {
 }
 """What only a second plan raises: the first plan, one that loses the board, one that keeps it."""
 
+FETCHES = (
+    "actions.ttl",
+    'ab:explain "take a part" ;',
+    'ab:explain "take a part" ; ab:fetches true ;',
+)
+NEEDLESS = {"W603": ("take_part(anvil)", "take_part(board)")}
+"""What only a world raises in which taking a part is no end in itself."""
+
 
 def codes_of(plan: str) -> set[str]:
     """The codes that a check of a plan reports."""
@@ -50,6 +58,15 @@ def test_a_plan_that_raises_the_code(code: str) -> None:
 @pytest.mark.parametrize("code", PLANS)
 def test_a_sibling_plan_that_does_not(code: str) -> None:
     assert code not in codes_of(PLANS[code][1])
+
+
+@pytest.mark.parametrize("code", NEEDLESS)
+def test_a_step_that_cannot_be_done_is_told_even_where_it_is_not_needed(code: str) -> None:
+    told = [
+        [finding.code for finding in examine(parsed(plan), plan, scene(changed(FETCHES))).findings]
+        for plan in NEEDLESS[code]
+    ]
+    assert code in told[0] and code not in told[1]
 
 
 def told_to_the_model(first: str, second: str) -> set[str]:
@@ -69,7 +86,7 @@ def test_e502_where_a_new_plan_loses_a_required_item() -> None:
 def test_every_code_has_a_fixture() -> None:
     parsing = Path(__file__).with_name("parsing").glob("*.py")
     of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
-    assert set(CODES) == set(PLANS) | set(REPLANS) | of_texts
+    assert set(CODES) == set(PLANS) | set(REPLANS) | set(NEEDLESS) | of_texts
 
 
 @pytest.mark.parametrize("code", ["W601", "W602"])

@@ -56,6 +56,7 @@ def test_the_tutor_asks_about_an_unknown_required_item_before_any_reprompt() -> 
     assert story([FETCH.format("slab")], answers, SLAB) == [
         "propose 0",
         "ask existence slab",
+        "ask kind slab",
         "ask place slab",
         "execute",
         "review",

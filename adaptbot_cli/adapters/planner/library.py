@@ -24,7 +24,7 @@ class LibraryPlan:
 
     path: Path
     names: tuple[str, ...]
-    base: tuple[str, ...]
+    base: tuple[str, ...] | None
     ingredients: tuple[str, ...]
     roles: dict[str, list[str]]
     body: str
@@ -52,7 +52,7 @@ def _read(path: Path) -> LibraryPlan:
         return LibraryPlan(
             path,
             tuple(map(str, front["names"])),
-            tuple(map(str, front.get("base", ()))),
+            tuple(map(str, front["base"])) if "base" in front else None,
             tuple(map(str, front.get("ingredients", ()))),
             {str(role): list(map(str, items)) for role, items in front.get("roles", {}).items()},
             parts[2],
@@ -113,5 +113,5 @@ class Library:
         passed = self.domain.fillers | parts | _folded(name)
         extra = [word for word in words(turn.task.name) if not {word, *singulars(word)} & passed]
         told = [*turn.task.required, *extra]
-        usual = plan.base if told and plan.base else plan.ingredients
+        usual = plan.base if told and plan.base is not None else plan.ingredients
         return list(dict.fromkeys((*usual, *told)))

@@ -40,8 +40,14 @@ class Model:
 
     def _answer(self, litellm: Any, messages: list[dict[str, str]]) -> Proposal:
         parts = litellm.completion(
-            model=self.name, messages=messages, temperature=0, seed=0, stream=True,
-            timeout=SECONDS, num_retries=RETRIES, drop_params=True,
+            model=self.name,
+            messages=messages,
+            temperature=0,
+            seed=0,
+            stream=True,
+            timeout=SECONDS,
+            num_retries=RETRIES,
+            drop_params=True,
             stream_options={"include_usage": True},
         )
         chunks = []

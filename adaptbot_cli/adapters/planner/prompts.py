@@ -54,7 +54,10 @@ class Prompts:
     def _render(self, name: str, **values: object) -> str:
         loader = jinja2.FileSystemLoader(self.folder)
         environment = jinja2.Environment(
-            loader=loader, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+            loader=loader,
+            undefined=jinja2.StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
             autoescape=False,
         )
         return environment.get_template(name).render(**values).strip()

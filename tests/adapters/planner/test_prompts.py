@@ -41,8 +41,14 @@ def tokens(text: str) -> int:
 def many_findings() -> list[Finding]:
     """As many findings as a bad plan has: twelve, each with its names."""
     return [
-        Finding("E201", f"item_{n} is not in the knowledge graph; near it: pan and pot",
-                f"item_{n}", n, ("pan", "pot"), line=n)
+        Finding(
+            "E201",
+            f"item_{n} is not in the knowledge graph; near it: pan and pot",
+            f"item_{n}",
+            n,
+            ("pan", "pot"),
+            line=n,
+        )
         for n in range(1, 13)
     ]
 
@@ -67,7 +73,9 @@ def test_a_re_prompt_tells_each_finding_once_in_the_models_own_lines() -> None:
 
 
 def test_a_re_prompt_tells_no_name_of_a_predicate() -> None:
-    finding = Finding("E301", "it is not known whether carrot is fryable", "carrot", 1, ("Fryable",))
+    finding = Finding(
+        "E301", "it is not known whether carrot is fryable", "carrot", 1, ("Fryable",)
+    )
     assert "Fryable" not in messages(kitchen(), "make omelette", finding)[2]
 
 
