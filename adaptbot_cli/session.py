@@ -144,15 +144,13 @@ def load(
     `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace.
 
     Raises:
-        UsageError, KnowledgeError, PackError: what is asked for is not there or does not make sense.
+        UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 
     folder = workspace.folder(domain)
     if at is not None:
-        from adaptbot_cli.adapters.store.history import files_at
-
-        return load_kg(files_at(workspace.root, domain, at), f"kg/{domain} at {at}")
+        return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
     return load_kg(workspace.files(domain), str(folder), read_graphs(facts))
 
 
@@ -172,7 +170,7 @@ def build(
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.library import Library
-    from adaptbot_cli.core.examine import Rehearsal
+    from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.tasks import task_for
 
     kg = load(workspace, request.domain)
@@ -300,7 +298,7 @@ def check(text: str, task: "Task", kg: "Kg") -> Result:
     """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
-    from adaptbot_cli.core.examine import Rehearsal
+    from adaptbot_cli.core.execute import Rehearsal
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), _Nowhere())
@@ -315,7 +313,7 @@ def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ())
     """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import Player, read
-    from adaptbot_cli.core.examine import Rehearsal
+    from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.tasks import task_for
 
     header, turns = read(path)
@@ -341,6 +339,13 @@ def _kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
         if not domain or not (folder / "domain.ttl").is_file():
             raise UsageError(f'{path}: there is no bundled domain "{domain}"')
         return load_kg(read_files(folder), f"kg/{domain}")
-    from adaptbot_cli.adapters.store.history import files_at
+    return load_kg(_files_at(workspace, domain, graph), f"kg/{domain} at {graph[:10]}")
 
-    return load_kg(files_at(workspace.root, domain, graph), f"kg/{domain} at {graph[:10]}")
+
+def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
+    from adaptbot_cli.adapters.store.history import files_at
+    from adaptbot_cli.errors import KnowledgeError
+
+    if not workspace.exists:
+        raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")
+    return files_at(workspace.root, domain, revision)

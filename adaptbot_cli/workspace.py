@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,12 @@ _FIRST_CONFIG = """\
 # policy = "tutor"              # or "paper"
 # replans = 3
 """
+_SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "model": ("a text", lambda value: isinstance(value, str)),
+    "domain": ("a text", lambda value: isinstance(value, str)),
+    "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
+    "replans": ("a number from 0 to 20", lambda value: type(value) is int and 0 <= value <= 20),
+}
 _IGNORED = "/transcripts/\n/.adaptbot/\n"
 
 
@@ -42,12 +49,12 @@ class Workspace:
     def domains(self) -> list[str]:
         """The names of the domains to choose from: its own and the bundled ones."""
         folders = [self.root / "kg", bundled("kg")]
-        found = {p.parent.name for f in folders if f.is_dir() for p in f.glob("*/domain.ttl")}
+        found = {p.parent.name for f in folders if f.is_dir() for p in f.glob("*/*.ttl")}
         return sorted(found)
 
     def has(self, domain: str) -> bool:
-        """Whether the workspace holds this domain's files, rather than only the bundle."""
-        return (self.root / "kg" / domain / "domain.ttl").is_file()
+        """Whether the workspace holds files of this domain, rather than only the bundle."""
+        return any((self.root / "kg" / domain).glob("*.ttl"))
 
     def files(self, domain: str) -> dict[str, bytes]:
         """Return the files of a domain: the workspace's, or else the bundled ones.
@@ -82,7 +89,7 @@ def find(option: Path | None) -> Workspace:
     the user's data folder.
 
     Raises:
-        KnowledgeError: its adaptbot.toml is no valid TOML.
+        KnowledgeError: its adaptbot.toml is no valid TOML, or a setting cannot be meant.
     """
     root = option or _from_environment() or _above(Path.cwd()) or _user_folder()
     return Workspace(root, _settings(root / CONFIG))
@@ -105,10 +112,14 @@ def _user_folder() -> Path:
 
 def _settings(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        settings = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return {}
     except OSError as error:
         raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise KnowledgeError(f"{path} is no valid TOML: {error}") from error
+    for name, (kind, fits) in _SETTINGS.items():
+        if name in settings and not fits(settings[name]):
+            raise KnowledgeError(f"{path}: {name} must be {kind}, not {settings[name]!r}")
+    return settings

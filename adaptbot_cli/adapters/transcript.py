@@ -5,7 +5,7 @@ and may leave out what it does not want to pin down.
 """
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
@@ -31,10 +31,34 @@ from adaptbot_cli.core.turns import (
     Review,
     Turn,
 )
-from adaptbot_cli.errors import KnowledgeError, ReplayError, UsageError
+from adaptbot_cli.errors import ReplayError, UsageError
 
 Document = dict[str, Any]
 FORMAT = 1
+
+
+def _count(value: Any) -> bool:
+    return type(value) is int and value >= 0
+
+
+def _names(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(name, str) for name in value)
+
+
+def _counts(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_count, value.values()))
+
+
+_FORMS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
+    "replans": ("a number", _count),
+    "requires": ("a list of names", _names),
+    "reply": ("a text", lambda value: isinstance(value, str)),
+    "calls": ("a number", _count),
+    "tokens": ("two numbers, `prompt:` and `completion:`", _counts),
+    "cost_usd": ("an amount", lambda value: type(value) in (int, float)),
+}
+"""What some keys hold, wherever they stand."""
 
 
 class _Dumper(yaml.SafeDumper):
@@ -60,14 +84,13 @@ def read(path: Path) -> tuple[Document, list[Document]]:
     """Return a transcript's header and turns.
 
     Raises:
-        KnowledgeError: the file cannot be read.
-        UsageError: it is no transcript; the message says where.
+        UsageError: the file cannot be read, or is no transcript; the message says where.
     """
     try:
         text = path.read_text(encoding="utf-8")
         documents = [document for document in yaml.safe_load_all(text) if document is not None]
     except OSError as error:
-        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
+        raise UsageError(f"cannot read {path}: {error.strerror}") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise UsageError(f"{path} is no transcript: {error}") from error
     if not documents or not all(isinstance(document, dict) for document in documents):
@@ -78,6 +101,11 @@ def read(path: Path) -> tuple[Document, list[Document]]:
     for number, turn in enumerate(turns, start=1):
         if not isinstance(turn.get("turn"), str):
             raise UsageError(f"{path}: document {number + 1} lacks `turn:`")
+    for number, document in enumerate(documents, start=1):
+        for key in document.keys() & _FORMS:
+            form, fits = _FORMS[key]
+            if not fits(document[key]):
+                raise UsageError(f"{path}: document {number}: `{key}:` must be {form}")
     return header, turns
 
 
@@ -224,7 +252,9 @@ class Player:
             self._known_keys(told)
             self._compare(told)
         elif told["turn"] in ("propose", "ask"):
-            raise self._differs(f"the run comes to {_short(told)}, the transcript to {self._next()}")
+            raise self._differs(
+                f"the run comes to {_short(told)}, the transcript to {self._next()}"
+            )
 
     def replied(self, turn: Turn, reply: object) -> None:
         """Compare what came of an execution with what the transcript tells."""
@@ -245,7 +275,9 @@ class Player:
     def ask(self, question: Question) -> Answer:
         """Give the recorded answer."""
         value = self._given("answer")
-        shown = {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else value
+        shown = (
+            {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else value
+        )
         return Answer(str(shown), self.current.get("by", ""), str(self.current.get("at", "")))
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool:
@@ -263,6 +295,7 @@ class Player:
             self.at += 1
             self._compare(finished(result))
         if self.at < len(self.turns):
+            self.current = {}
             raise self._differs(f"the run has ended, the transcript goes on with {self._next()}")
 
     def _next_is(self, kind: str) -> bool:
@@ -295,7 +328,7 @@ class Player:
 
 def _short(document: Document) -> str:
     about = document.get("about") or document.get("attempt")
-    return document["turn"] + (f" {about}" if about not in (None, 0) else "")
+    return str(document["turn"]) + (f" {about}" if about not in (None, 0) else "")
 
 
 def _difference(expected: object, actual: object) -> str:

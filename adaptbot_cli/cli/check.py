@@ -23,7 +23,9 @@ from adaptbot_cli.cli.run import exit_code
 
 
 def check(
-    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A file with a plan, or - for stdin.")],
+    plan: Annotated[
+        str, typer.Argument(metavar="PLAN", help="A file with a plan, or - for stdin.")
+    ],
     domain: DomainOption = None,
     kg: KgOption = None,
     requires: RequiresOption = None,
@@ -60,6 +62,8 @@ def read_plan(name: str) -> str:
     from adaptbot_cli.errors import UsageError
 
     if name == "-":
+        if sys.stdin is None:
+            raise UsageError("cannot read the plan from stdin: it is closed")
         return sys.stdin.buffer.read().decode("utf-8", errors="replace")
     try:
         return Path(name).read_bytes().decode("utf-8", errors="replace")

@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -55,8 +55,17 @@ def console(stderr: bool = False) -> "Console":
     return Console(stderr=stderr, highlight=False)
 
 
+def at_terminal(stream: IO[str] | None) -> bool:
+    """Tell whether a stream is a terminal; Python has None for one that the shell closed."""
+    return stream is not None and stream.isatty()
+
+
 def print_json(value: Any) -> None:
     """Print a value as JSON on stdout, alone."""
     import json
 
-    sys.stdout.write(json.dumps(value, ensure_ascii=False, indent=2) + "\n")
+    if sys.stdout is None:
+        return
+    utf8 = (sys.stdout.encoding or "utf-8").lower().replace("-", "") == "utf8"
+    sys.stdout.write(json.dumps(value, ensure_ascii=not utf8, indent=2) + "\n")
+    sys.stdout.flush()

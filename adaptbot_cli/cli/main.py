@@ -1,5 +1,6 @@
 """The command `adaptbot`: its subcommands, and how errors reach the person."""
 
+import io
 import os
 import sys
 from typing import Annotated, Any
@@ -61,18 +62,32 @@ def options(
 
 def main() -> None:
     """Run the command line: errors as sentences, exit codes as documented."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a console that has no ✓ shows a ?
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     debug = len(arguments) < len(sys.argv) - 1
     try:
         app(args=arguments)
     except BrokenPipeError:
-        # Whoever read our output has gone; there is nobody to tell.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _no_more_output()  # whoever read it has gone; there is nobody to tell
     except AdaptbotError as error:
         if debug:
             raise
         _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
         raise SystemExit(error.exit_code) from None
+    except OSError as error:
+        # What a command reads or writes for itself says so; what is left is the output.
+        if debug:
+            raise
+        _say(f"error: {error}")
+        _no_more_output()
+        raise SystemExit(1) from None
+
+
+def _no_more_output() -> None:
+    """Keep Python from trying again, at its end, to write what is left."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _say(text: str) -> None:

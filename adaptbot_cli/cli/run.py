@@ -14,6 +14,7 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     RequiresOption,
     WorkspaceOption,
+    at_terminal,
     console,
     domain_name,
     items,
@@ -76,7 +77,7 @@ def run(
         domain=domain_name(domain, home),
         model=model,
         policy=str(policy or home.settings.get("policy", "tutor")),  # type: ignore[arg-type]
-        replans=replans if replans is not None else int(home.settings.get("replans", 3)),
+        replans=replans if replans is not None else home.settings.get("replans", 3),
         requires=items(requires),
         ask=not no_human,
         answers=answers,
@@ -85,7 +86,7 @@ def run(
         record=record,
     )
     screen = console(stderr=json)
-    prompts = console(stderr=True) if sys.stdin.isatty() and sys.stderr.isatty() else None
+    prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
     started = time.monotonic()
     with build(request, home, os.environ, screen, prompts) as session:
         result = session.run()

@@ -1,0 +1,49 @@
+"""How long it takes to check and execute a plan of 13 steps once everything is loaded.
+
+The published implementation spends about half a second on each step; nothing is asserted.
+"""
+
+from pathlib import Path
+
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from adaptbot_cli import session
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.tasks import task_for
+from adaptbot_cli.workspace import Workspace
+from tests.bench.table import Table
+
+PUBLISHED_STEP = 0.5
+"""Seconds a step, in the paper's published implementation."""
+
+PLAN = """\
+pick_up_rec("pot")
+put_down_rec("pot", "stove")
+pick_up_obj("water")
+pour_contents("water", "pot")
+switch("stove", "on")
+boil("water", "pot")
+pick_up_obj("tea")
+put_down_obj("tea", "pot")
+wait(3)
+switch("stove", "off")
+pick_up_rec("cup")
+put_down_rec("cup", "table")
+pour_contents("pot", "cup")
+"""
+
+
+def test_check_and_execute(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None:
+    kg = session.load(Workspace(tmp_path / "none"), "kitchen")
+    task = task_for("make tea", kg)
+    result: Result = benchmark(session.check, PLAN, task, kg)
+    assert result.goal_met and len(result.report.steps) == 13
+    seconds = float(benchmark.stats.stats.median)
+    table.add("check and execute 13 steps", seconds, None, "below 15 ms")
+    table.add("one step, against the published 0.5 s", seconds / 13, PUBLISHED_STEP, "")
+
+
+def test_load(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path / "none")
+    benchmark.pedantic(session.load, args=(workspace, "kitchen"), rounds=10, warmup_rounds=1)
+    table.add("load the kitchen", float(benchmark.stats.stats.median), None, "")

@@ -1,0 +1,127 @@
+"""Runs the real command as its users do: a process of its own, a home of its own, no keys."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.adapters.store.git import Repo
+
+ROOT = Path(__file__).parents[2]
+TRANSCRIPTS = ROOT / "transcripts"
+
+_MANY = """
+import contextlib, io, json, sys, traceback
+from adaptbot_cli.cli.main import main
+
+ended = []
+for arguments in json.load(sys.stdin):
+    sys.argv = ["adaptbot", *arguments]
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main()
+        except SystemExit as end:
+            code = end.code or 0
+        except BaseException:
+            code = 1
+            traceback.print_exc()
+    ended.append([code, out.getvalue(), err.getvalue()])
+json.dump(ended, sys.stdout)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A command that has ended."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def said(self) -> str:
+        """Everything it said, in one line however it was wrapped."""
+        return " ".join((self.out + self.err).split())
+
+    def json(self) -> Any:
+        """What stdout holds: one JSON value and nothing else."""
+        return json.loads(self.out)
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    """A user's home folder. Its workspace begins to exist when a command makes it."""
+
+    folder: Path
+
+    @property
+    def workspace(self) -> Path:
+        return self.folder / "robot"
+
+    def environment(self, **more: str) -> dict[str, str]:
+        """Return an environment without keys, in which nothing of this machine's user counts."""
+        kept = {key: os.environ[key] for key in ("PATH", "SYSTEMROOT") if key in os.environ}
+        return {
+            **kept,
+            "HOME": str(self.folder),
+            "ADAPTBOT_WORKSPACE": str(self.workspace),
+            "ADAPTBOT_MODEL": "library",
+            "PYTHONPATH": str(ROOT),
+            "PYTHONIOENCODING": "utf-8",
+            **more,
+        }
+
+    def adaptbot(self, *arguments: str, stdin: bytes = b"", **env: str) -> Ended:
+        """Run one command."""
+        return self.python("-m", "adaptbot_cli", *arguments, stdin=stdin, **env)
+
+    def adaptbots(self, commands: Sequence[Sequence[str]]) -> list[Ended]:
+        """Run many commands in one process, for those that only read what they are told."""
+        ended = self.python("-c", _MANY, stdin=json.dumps(commands).encode())
+        assert ended.code == 0, ended.err
+        return [Ended(*told) for told in ended.json()]
+
+    def python(self, *arguments: str, stdin: bytes = b"", **env: str) -> Ended:
+        """Run Python in this home."""
+        process = subprocess.run(
+            [sys.executable, *arguments],
+            input=stdin,
+            capture_output=True,
+            cwd=self.folder,
+            env=self.environment(**env),
+            timeout=120,
+            check=False,
+        )
+        return Ended(process.returncode, process.stdout.decode(), process.stderr.decode())
+
+    def write(self, name: str, text: str) -> str:
+        """Write a file into the home; return its path."""
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    def files(self) -> set[str]:
+        """Return every file and folder there is."""
+        return {path.relative_to(self.folder).as_posix() for path in self.folder.rglob("*")}
+
+    def subjects(self) -> list[str]:
+        """Return the subjects of the workspace's commits, oldest first."""
+        return [commit.subject for commit in Repo.open_or_init(self.workspace).log()][::-1]
+
+    def trailers(self) -> Mapping[str, list[str]]:
+        """Return the trailers of the last commit."""
+        found: dict[str, list[str]] = {}
+        for key, value in next(iter(Repo.open_or_init(self.workspace).log())).trailers:
+            found.setdefault(key, []).append(value)
+        return found
+
+
+def mapped(told: Any, *keys: str) -> list[tuple[Any, ...]]:
+    """Return some keys of every object in a list."""
+    return [tuple(entry[key] for key in keys) for entry in told]

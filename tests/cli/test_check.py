@@ -1,0 +1,103 @@
+"""`adaptbot check`, from the outside."""
+
+import random
+
+from tests.cli.command import Home, mapped
+from tests.cli.shape import is_summary
+
+TEA = """\
+pick_up_rec("pot")
+put_down_rec("pot", "stove")
+pick_up_obj("water")
+pour_contents("water", "pot")
+switch("stove", "on")
+boil("water", "pot")
+pick_up_obj("tea")
+put_down_obj("tea", "pot")
+switch("stove", "off")
+pick_up_rec("cup")
+put_down_rec("cup", "table")
+pour_contents("pot", "cup")
+"""
+
+ANSWER = """\
+Sure! Here is how I would do it. First, fetch the egg (and only the egg):
+
+```python
+# the plan
+pick_up_obj("egg")   # carefully
+put_down_obj("egg", "sofa")
+```
+
+Let me know if you need anything else.
+"""
+
+HOME = """\
+@prefix ex: <http://example.org/> .
+@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
+
+# a graph in one file, as the paper's authors publish them
+ex:kitchen rdf:type ex:room ; ex:room_name "kitchen" .
+ex:sofa rdf:type ex:imreceptacle ; ex:rec_name "sofa" ; ex:imrec_location ex:kitchen ;
+    ex:open_rec true .
+ex:egg rdf:type ex:object ; ex:obj_name "egg" ; ex:obj_location ex:sofa ; ex:IsBig false .
+"""
+
+
+def test_a_plan_that_fits(home: Home) -> None:
+    ended = home.adaptbot("check", home.write("tea.plan", TEA), "--task", "make tea", "--json")
+    told = ended.json()
+    assert ended.code == 0 and is_summary(told)
+    assert (told["task"], told["planner"], told["outcome"]) == ("make tea", "text", "executable")
+    assert told["goal"]["met"] and told["findings"] == []
+    assert told["kg"]["before"] is None and told["kg"]["after"] is None
+    assert home.files() == {"tea.plan"}
+
+
+def test_prose_and_fences_around_a_plan_from_stdin(home: Home) -> None:
+    ended = home.adaptbot("check", "-", "--json", stdin=ANSWER.encode())
+    told = ended.json()
+    assert ended.code == 3 and is_summary(told)
+    written = [step["call"] for step in told["steps"] if step["source"] is not None]
+    assert written == [["pick_up_obj", "egg"], ["put_down_obj", "egg", "sofa"]]
+    assert ("E201", "sofa", 2) in mapped(told["findings"], "code", "subject", "step")
+    assert home.files() == set()
+
+
+def test_findings_are_shown_and_nothing_is_dropped(home: Home) -> None:
+    plan = home.write("p", 'pick_up_obj("moonstone")\nlevitate("egg")\nslice("egg")\n')
+    ended = home.adaptbot("check", plan)
+    assert (ended.code, ended.err) == (3, "")
+    for told in ("moonstone", "levitate", "E201", "E101"):
+        assert told in ended.said
+    assert "dropped" not in ended.said
+
+
+def test_no_plan(home: Home) -> None:
+    texts = ("", "  \n\t\n", "I am sorry, I cannot help with that.")
+    plans = [home.write(f"{n}.plan", text) for n, text in enumerate(texts)]
+    for ended in home.adaptbots([["check", plan, "--json"] for plan in plans]):
+        assert ended.code == 3 and is_summary(ended.json())
+        assert (ended.json()["outcome"], ended.json()["steps"]) == ("no_plan", [])
+        assert ("P101", None) in mapped(ended.json()["findings"], "code", "step")
+
+
+def test_a_megabyte_of_junk(home: Home) -> None:
+    junk = random.Random(7).randbytes(1_000_000) + b'\x00\x1b[31mpick_up_obj("egg")\x1b]0;x\x07'
+    ended = home.adaptbot("check", "-", stdin=junk)
+    assert ended.code == 3
+    assert "\x1b" not in ended.out and "\x00" not in ended.out
+    assert "Traceback" not in ended.err
+
+
+def test_another_graph_and_required_items(home: Home) -> None:
+    graph = home.write("home.ttl", HOME)
+    plan = home.write("p", 'pick_up_obj("egg")\npick_up_obj("salt")\n')
+    ended = home.adaptbot("check", plan, "--json", "--kg", graph, "--requires", "egg, flour")
+    told = ended.json()
+    assert ended.code == 3 and is_summary(told)
+    assert (told["kg"]["nodes"], told["kg"]["edges"]) == ([3, 3], [10, 10])
+    assert told["goal"]["missing"] == ["flour"]
+    unknown = {f["subject"] for f in told["findings"] if f["code"] == "E201"}
+    assert unknown == {"salt"}
+    assert "--kg" not in ended.err and home.files() == {"home.ttl", "p"}

@@ -1,0 +1,232 @@
+"""Whole dialogues in a real terminal of 80 columns, and Ctrl-C at each of their questions."""
+
+import re
+import shutil
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pexpect
+import pytest
+import yaml
+
+from adaptbot_cli.adapters.store.git import Repo
+from tests.cli.command import Home
+
+COLUMNS = 80
+EXISTS, ABSENT, SAME, LATER = "y", "n", "a", "l"
+ENTER, CTRL_C = "\r", "\x03"
+
+CHIVES = 'I do not know "chives"'
+PLACE = "Where is chives kept"
+TABLE = 'I do not know "table"'
+
+Dialogue = list[tuple[str, str]]
+
+QUESTIONS: dict[str, tuple[str, Dialogue, str]] = {
+    "existence": ("omelette", [], TABLE),
+    "which one": ("omelette", [(TABLE, SAME)], "Which one is"),
+    "kind": ("omelette", [(TABLE, EXISTS)], "What is table"),
+    "place": ("omelette", [(TABLE, EXISTS), ("What is table", "1")], "Where is table kept"),
+    "attribute": ("salad", [], "Can cucumber be sliced"),
+    "review": ("salad", [("Can cucumber be sliced", "y")], "Keep this"),
+}
+
+
+class Terminal:
+    """`adaptbot run` in a terminal; `screen` is everything that has appeared on it."""
+
+    def __init__(self, home: Home, *arguments: str, **env: str) -> None:
+        self.home = home
+        self.process: Any = pexpect.spawn(
+            sys.executable,
+            ["-m", "adaptbot_cli", "run", *arguments],
+            cwd=str(home.folder),
+            dimensions=(40, COLUMNS),
+            encoding="utf-8",
+            timeout=15,
+            env=home.environment(**{"TERM": "xterm-256color", "PROMPT_TOOLKIT_NO_CPR": "1", **env}),
+        )
+        self.screen = ""
+
+    def sees(self, text: str) -> "Terminal":
+        """Wait for a text."""
+        self.process.expect_exact(text)
+        self.screen += self.process.before + self.process.after
+        return self
+
+    def answers(self, *dialogue: tuple[str, str]) -> "Terminal":
+        """Answer each question when it appears and waits for keys."""
+        for question, keys in dialogue:
+            self.waits(question)
+            self.process.send(keys)
+        return self
+
+    def waits(self, question: str) -> "Terminal":
+        """Wait until a question can be answered: its hint stands after it, on the same line."""
+        self.process.expect(re.escape(question) + r"[^\r\n]*\((one key|type to|Y/n)")
+        self.screen += self.process.before + self.process.after
+        return self
+
+    def ends(self) -> int:
+        """Wait for the end; return the exit code."""
+        self.process.expect(pexpect.EOF)
+        self.screen += self.process.before
+        self.process.close()
+        return int(self.process.exitstatus)
+
+
+@contextmanager
+def terminal(home: Home, *arguments: str, **env: str) -> Iterator[Terminal]:
+    """Run in a terminal that is gone afterwards, however the test went."""
+    opened = Terminal(home, *arguments, **env)
+    try:
+        yield opened
+    finally:
+        opened.process.close(force=True)
+
+
+@pytest.fixture
+def there(seeded: Home, tmp_path: Path) -> Home:
+    """Return a home with a workspace and no transcript."""
+    shutil.copytree(seeded.folder, tmp_path, dirs_exist_ok=True)
+    return Home(tmp_path)
+
+
+FORGET = {
+    "omelette": r"(?ms)^ex:table .*?^\.\n",  # the table
+    "salad": r"(?ms)(?<=^ex:cucumber rdf:type ex:object ;\n)(.*?)    ex:IsSliceable true ;\n",
+}
+"""What a home has to forget so that a task raises questions: entries of its Turtle files."""
+
+
+def forget(home: Home, task: str) -> None:
+    """Take something out of a home's knowledge, and commit that."""
+    pack = home.workspace / "kg" / "kitchen"
+    for path in (pack / "attributes.ttl", pack / "state.ttl"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub(FORGET[task], _first_group, text, count=1), encoding="utf-8")
+    files = [f"kg/kitchen/{path.name}" for path in pack.glob("*.ttl")]
+    Repo.open_or_init(home.workspace).commit(files, "forget something")
+
+
+def _first_group(match: re.Match[str]) -> str:
+    return match[1] if match.re.groups else ""
+
+
+def knowledge(home: Home) -> dict[str, bytes]:
+    """Return what must not change unless it is committed: the graph, and where HEAD is."""
+    found = {str(path): path.read_bytes() for path in home.workspace.rglob("*.ttl")}
+    return {**found, "HEAD": str(Repo.open_or_init(home.workspace).head()).encode()}
+
+
+def turns(home: Home) -> list[Any]:
+    """Return the turns of the only transcript."""
+    (path,) = (home.workspace / "transcripts").glob("*.yaml")
+    _, *found = yaml.safe_load_all(path.read_text(encoding="utf-8"))
+    return found
+
+
+def told(home: Home) -> list[str]:
+    """Return the answers that the only transcript holds."""
+    return [turn["answer"] for turn in turns(home) if turn["turn"] == "ask"]
+
+
+@pytest.mark.parametrize(
+    ("question", "way"),
+    [
+        *((name, "key") for name in QUESTIONS),
+        *((name, "signal") for name in ("existence", "place", "review")),
+    ],
+)
+def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str, way: str) -> None:
+    task, dialogue, waiting = QUESTIONS[question]
+    forget(there, task)
+    before = knowledge(there)
+    with terminal(there, task) as opened:
+        opened.answers(*dialogue).waits(waiting)
+        if way == "key":
+            opened.process.send(CTRL_C)
+        else:
+            opened.process.kill(signal.SIGINT)
+        assert opened.ends() == 130
+    assert "Traceback" not in opened.screen
+    assert "interrupted; nothing was committed" in opened.screen
+    assert knowledge(there) == before
+    assert len(told(there)) == {"which one": 0}.get(question, len(dialogue))
+    assert "finished" not in {turn["turn"] for turn in turns(there)}
+
+
+def test_an_item_that_exists_is_learned_with_its_place(home: Home) -> None:
+    dialogue = [(CHIVES, EXISTS), ("What is chives", "1"), (PLACE, f"fri{ENTER}")]
+    with terminal(home, "make omelette") as opened:
+        opened.answers(*dialogue, ("Keep this", ENTER))
+        opened.sees("executable, goal met")
+        assert opened.ends() == 0
+    assert told(home) == ["exists", "object", "fridge"]
+    assert len(home.subjects()) == 2
+    trailers = home.trailers()
+    assert "+ chives obj_location fridge" in trailers["Fact-2"]
+    assert re.fullmatch(r"fridge \(.*\d{4}-\d\d-\d\dT.*\)", trailers["Answer-2"][0])
+
+
+def test_another_name_is_learned(home: Home) -> None:
+    dialogue = [(CHIVES, SAME), ("Which one is", f"parsl{ENTER}"), ("Keep this", "y")]
+    with terminal(home, "make omelette") as opened:
+        opened.answers(*dialogue)
+        assert opened.ends() == 0
+    assert told(home) == ["is parsley"]
+    assert home.trailers()["Fact-1"] == ["+ parsley alias chives"]
+
+
+def test_an_absence_is_learned(home: Home) -> None:
+    with terminal(home, "make omelette") as opened:
+        opened.answers((CHIVES, ABSENT), ("Keep this", "y"))
+        assert opened.ends() == 0
+    assert "dropped" in opened.screen
+    assert home.trailers()["Fact-1"] == ["+ kitchen absentItem chives"]
+
+
+def test_what_is_refused_in_the_review_is_not_committed(there: Home) -> None:
+    forget(there, "salad")
+    before = knowledge(there)
+    with terminal(there, "salad") as opened:
+        opened.answers(("Can cucumber be sliced", "y"), ("Keep this", "n"))
+        assert opened.ends() == 0
+    assert "committed as" not in opened.screen
+    assert knowledge(there) == before
+    assert turns(there)[-2]["kept"] is False
+
+
+def test_json_in_a_terminal_has_stdout_alone(home: Home) -> None:
+    out = home.folder / "out.json"
+    command = f'exec "{sys.executable}" -m adaptbot_cli run omelette --json > "{out}"'
+    process = pexpect.spawn(
+        "/bin/sh",
+        ["-c", command],
+        cwd=str(home.folder),
+        dimensions=(40, COLUMNS),
+        encoding="utf-8",
+        timeout=30,
+        env=home.environment(TERM="xterm", PROMPT_TOOLKIT_NO_CPR="1"),
+    )
+    process.expect_exact(CHIVES)
+    process.expect_exact("one key")
+    process.send(LATER)
+    process.expect(pexpect.EOF)
+    process.close()
+    assert process.exitstatus == 0
+    assert out.read_text(encoding="utf-8").startswith("{\n") and "\x1b" not in out.read_text()
+
+
+@pytest.mark.parametrize("env", [{"NO_COLOR": "1"}, {"TERM": "dumb"}], ids=["NO_COLOR", "dumb"])
+def test_no_colour_where_none_is_wanted(home: Home, env: dict[str, str]) -> None:
+    with terminal(home, "make omelette", **env) as opened:
+        opened.answers((CHIVES, LATER))
+        assert opened.ends() == 0
+    colours = re.findall(r"\x1b\[(?:\d+;)*[34]\d[;m]", opened.screen)
+    assert colours == []
+    assert "executable, goal met" in opened.screen
