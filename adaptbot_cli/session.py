@@ -114,6 +114,7 @@ class Session:
     replans: int
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
+    edited: Sequence[str] = ()
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
     def run(self) -> Result:
@@ -189,6 +190,10 @@ def build(
         if not request.dry_run:
             store = session.keeper = _keeper(request, workspace, kg, planner.name, transcript)
             session.revisions[0] = session.keeper.start()
+            session.edited = session.keeper.edited()
+            _tell_edits(console, session.edited)
+        elif workspace.has(request.domain):
+            session.revisions[0] = _head(workspace)
         if transcript is not None:
             session.recorder = _recorder(stack, transcript, session)
         observers: list[Observer] = [screen]
@@ -284,7 +289,7 @@ def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
             "version": __version__,
             "task": request.task,
             "domain": request.domain,
-            "graph": session.revisions[0] or "bundled",
+            "graph": (session.revisions[0] or "bundled") + (_EDITS if session.edited else ""),
             "policy": request.policy,
             "replans": session.replans,
             "requires": list(request.requires),
@@ -327,6 +332,24 @@ def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ())
     return result
 
 
+_EDITS = " with edits"
+"""Marks in a transcript that the graph was no revision: such a run cannot be played again."""
+
+
+def _head(workspace: Workspace) -> str | None:
+    from adaptbot_cli.adapters.store.history import head
+
+    return head(workspace.root)
+
+
+def _tell_edits(console: "Console", edited: Sequence[str]) -> None:
+    if edited:
+        from rich.text import Text
+
+        told = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
+        console.print(Text(told, "yellow"))
+
+
 def _kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
     """The graph that a transcript was made on: the bundled one, or a revision of the workspace."""
     from adaptbot_cli.adapters.store.reading import load_kg, read_files
@@ -334,6 +357,8 @@ def _kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
     from adaptbot_cli.resources import bundled
 
     domain, graph = str(header.get("domain", "")), str(header.get("graph", "bundled"))
+    if graph.endswith(_EDITS):
+        raise UsageError(f"{path} was made on hand-edited files that were not committed: no replay")
     if graph == "bundled":
         folder = bundled("kg") / domain
         if not domain or not (folder / "domain.ttl").is_file():

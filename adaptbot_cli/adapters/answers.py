@@ -41,6 +41,8 @@ class AnswersHuman:
         """Return the file's answer to a question, by its kind or by the property it asks for."""
         told = self.answers.get(normal(question.about), {})
         value = told.get(question.prop or question.kind, told.get(question.kind))
+        if value is None and told and question.kind == "kind":
+            value = question.choices[0].value  # what the plan takes it for, unless it is told
         if value is None:
             return LATER
         shown = {True: YES, False: NO}[value] if isinstance(value, bool) else str(value)

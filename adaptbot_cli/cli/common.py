@@ -13,9 +13,7 @@ if TYPE_CHECKING:
 
 WorkspaceOption = Annotated[
     Path | None,
-    typer.Option(
-        "--workspace", metavar="DIR", help="The folder that holds this home's knowledge."
-    ),
+    typer.Option("--workspace", metavar="DIR", help="The folder that holds this home's knowledge."),
 ]
 DomainOption = Annotated[
     str | None, typer.Option("--domain", metavar="NAME", help="The domain, such as kitchen.")

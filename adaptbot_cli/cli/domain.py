@@ -28,8 +28,15 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
     for name in home.domains():
         domain = session.load(home, name).domain
         where = "workspace" if home.has(name) else "bundled"
-        rows.append({"name": name, "about": domain.comment, "where": where,
-                     "actions": len(domain.actions), "tasks": len(domain.tasks)})
+        rows.append(
+            {
+                "name": name,
+                "about": domain.comment,
+                "where": where,
+                "actions": len(domain.actions),
+                "tasks": len(domain.tasks),
+            }
+        )
     if json:
         print_json(rows)
         return

@@ -85,8 +85,12 @@ def stats(
     home = workspace(workspace_dir)
     graph = session.load(home, domain_name(domain, home), kg or ())
     counts = {local(kind.iri): len(things) for kind, things in view.everything(graph)}
-    told = {**_size(graph), "classes": counts, "actions": len(graph.domain.actions),
-            "tasks": len(graph.domain.tasks)}
+    told = {
+        **_size(graph),
+        "classes": counts,
+        "actions": len(graph.domain.actions),
+        "tasks": len(graph.domain.tasks),
+    }
     if json:
         print_json(told)
     else:

@@ -47,6 +47,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     where everything before them about the same things could be understood.
     """
     scene.notice([written.call for written in parsed.calls])
+    scene.near.clear()
     walk = Walk(scene.kg)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
@@ -62,9 +63,10 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
                 walk.take(written, sound, _pointless(sound, later, scene))
         _put_right(walk, before, scene)
         _reach_goals(walk, scene)
-        unmet, missing = check_goal(scene) if not walk.tainted else ((), ())
+        checked = parsed.calls and not walk.tainted
+        unmet, missing = check_goal(scene) if checked else ((), ())
     absent = _unused(walk.bounds, parsed, scene)
-    seen = {finding.subject for finding in absent}
+    seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
     findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
     return Report(
@@ -74,8 +76,13 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         findings=tuple(dict.fromkeys(findings)),
         bounds=tuple(walk.bounds),
         deltas=tuple(walk.deltas),
-        missing=tuple(dict.fromkeys((*(f.subject for f in absent), *missing))),
+        missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
     )
+
+
+def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:
+    """The required items that the home does not know."""
+    return [f.subject for f in findings if f.code == "E201" and scene.requires(f.subject)]
 
 
 def _once(findings: Iterable[Finding]) -> Iterable[Finding]:

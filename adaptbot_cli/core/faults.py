@@ -7,6 +7,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Property
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import a
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, local
 
 _CHECKED_DATATYPES = {XSD.boolean: bool, XSD.string: str, XSD.integer: int}
@@ -19,6 +20,7 @@ def faults(kg: Kg) -> list[str]:
     found += _cycles(kg)
     found += _unnamed(kg)
     found += _unknown_needs(kg)
+    found += _unknown_classes(kg)
     return list(dict.fromkeys(found))
 
 
@@ -41,7 +43,7 @@ def _fact(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[str]:
         return
     if not kg.is_a(subject, [prop.domain]):
         wanted = _label(kg, prop.domain)
-        yield f"{name}: {local(predicate)} is for a {wanted}, not a {kg.kind_label(subject)}"
+        yield f"{name}: {local(predicate)} is for {a(wanted)}, not {a(kg.kind_label(subject))}"
     yield from _range(kg, name, prop, value)
 
 
@@ -54,12 +56,12 @@ def _range(kg: Kg, name: str, prop: Property, value: Node) -> Iterator[str]:
     if prop.range in _CHECKED_DATATYPES:
         wanted = _CHECKED_DATATYPES[prop.range]
         if not isinstance(value, Literal) or type(value.toPython()) is not wanted:
-            yield f"{name}: {short} must be a {local(prop.range)}, not {local(value)}"
+            yield f"{name}: {short} must be {a(local(prop.range))}, not {local(value)}"
     elif not isinstance(value, URIRef) or not kg.classes(value):
         yield f"{name}: {short} is {local(value)}, which is nothing known"
     elif not kg.is_a(value, [prop.range]):
         wanted_kind = _label(kg, prop.range)
-        yield f"{name}: {short} must be a {wanted_kind}, {kg.name(value)} is not"
+        yield f"{name}: {short} must be {a(wanted_kind)}, {kg.name(value)} is not"
 
 
 def _several_values(kg: Kg) -> Iterator[str]:
@@ -100,3 +102,21 @@ def _unknown_needs(kg: Kg) -> Iterator[str]:
         for item in task.required:
             if not kg.find(item):
                 yield f'tasks.ttl: "{task.name}" needs {item}, which attributes.ttl does not have'
+
+
+def _unknown_classes(kg: Kg) -> Iterator[str]:
+    """Classes that an action or a property names and domain.ttl does not declare."""
+    kinds = kg.domain.kinds
+    for action in kg.domain.actions.values():
+        for parameter in action.parameters:
+            for iri in parameter.classes:
+                if iri not in kinds:
+                    where = f"actions.ttl, entry {action.name}: parameter {parameter.name}"
+                    yield f"{where}: {local(iri)} is no class of domain.ttl"
+    for prop in kg.domain.properties.values():
+        if prop.domain not in kinds:
+            yield f"domain.ttl, entry {local(prop.iri)}: {local(prop.domain)} is no class of it"
+    for kind in kinds.values():
+        for iri in (*kind.asks, *(start.prop for start in kind.starts)):
+            if iri not in kg.domain.properties:
+                yield f"domain.ttl, entry {local(kind.iri)}: {local(iri)} is no property of it"

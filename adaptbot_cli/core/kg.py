@@ -13,6 +13,12 @@ from adaptbot_cli.core.names import normal, variants
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
 
+_SIZE = f"""
+    SELECT (COUNT(DISTINCT ?s) AS ?nodes) (COUNT(*) AS ?edges) WHERE {{
+      VALUES ?graph {{ <{ATTRIBUTES}> <{STATES}> }}
+      GRAPH ?graph {{ ?s ?p ?o . FILTER(!STRSTARTS(STR(?p), "{AB}")) }}
+    }}"""
+
 Bindings = Mapping[str, Node]
 
 
@@ -201,9 +207,8 @@ class Kg:
 
     def size(self) -> tuple[int, int]:
         """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""
-        facts = [t for name in (ATTRIBUTES, STATES) for t in self.graph(name)]
-        counted = {t for t in facts if not str(t[1]).startswith(str(AB))}
-        return len({t[0] for t in counted}), len(counted)
+        [row] = self.rows(_SIZE, {})
+        return int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
 
 
 def _iri(kind: Kind) -> str:

@@ -57,3 +57,8 @@ def sentence_list(names: Sequence[str], limit: int = 4) -> str:
     if len(shown) < 2:
         return "".join(shown)
     return f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+def a(noun: str) -> str:
+    """Return a noun with its article: "an ingredient"."""
+    return f"{'an' if noun[:1].lower() in 'aeiou' else 'a'} {noun}"

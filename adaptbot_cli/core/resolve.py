@@ -188,6 +188,13 @@ def unknown_item(name: str, classes: Sequence[URIRef], scene: Scene) -> Finding:
 
 def near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]:
     """Return names of items of the right kind near a name: related words first, then spelling."""
+    key = (normal(name), frozenset(classes))
+    if key not in scene.near:
+        scene.near[key] = _near_items(name, classes, scene)
+    return scene.near[key]
+
+
+def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]:
     related = [
         scene.kg.name(entity)
         for word in scene.known.get(normal(name), ())

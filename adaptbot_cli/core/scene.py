@@ -17,7 +17,8 @@ class Scene:
     """Everything that judging one plan needs.
 
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
-    `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed.
+    `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
+    `near` remembers the names near a name, which are costly to find.
     """
 
     kg: Kg
@@ -26,6 +27,7 @@ class Scene:
     used: frozenset[str] = frozenset()
     aside: frozenset[str] = frozenset()
     drop: bool = True
+    near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
 
     @property
     def domain(self) -> Domain:

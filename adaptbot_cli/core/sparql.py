@@ -3,10 +3,11 @@
 import re
 from functools import lru_cache
 
+import pyoxigraph
 from rdflib import BNode, Graph, URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import Triple, node_of
 
 _SKIP = r"<[^<>\s]*>|\"\"\".*?\"\"\"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[^\n]*"
 _PREFIX = re.compile(r"PREFIX\s+(\w*):\s*<([^>]*)>")
@@ -74,12 +75,12 @@ def template(prefixes: str, text: str) -> tuple[Triple, ...]:
 
     turtle = re.sub(rf"({_SKIP})|\?(\w+)", named, text.strip(), flags=re.DOTALL)
     stop = "" if turtle.endswith(".") or not turtle else " ."
-    graph = Graph(bind_namespaces="none")
     try:
-        graph.parse(data=f"{prefixes}{turtle}{stop}", format="ox-turtle")
+        quads = list(pyoxigraph.parse(f"{prefixes}{turtle}{stop}", pyoxigraph.RdfFormat.TURTLE))
     except SyntaxError as problem:
         raise ValueError(" ".join(str(problem).split())) from None
-    found = sorted((_variable(s), _variable(p), _variable(o)) for s, p, o in graph)
+    nodes = ((node_of(q.subject), node_of(q.predicate), node_of(q.object)) for q in quads)
+    found = sorted((_variable(s), _variable(p), _variable(o)) for s, p, o in nodes)
     if any(isinstance(node, BNode) for triple in found for node in triple):
         raise ValueError("a group of triples may hold no blank node")
     return tuple(found)

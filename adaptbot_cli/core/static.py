@@ -9,7 +9,7 @@ from rdflib.term import Node
 from adaptbot_cli.core import resolve
 from adaptbot_cli.core.domain import Action, AttributeRequirement, Parameter
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.names import a, normal
 from adaptbot_cli.core.plan import Call, Change, Finding
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.scene import Scene
@@ -77,7 +77,7 @@ def _of_the_items_kind(action: Action, call: Call, scene: Scene) -> tuple[Action
         return action, None
     for other in scene.domain.actions.values():
         if other.family == action.family and scene.kg.is_a(entity, other.parameters[0].classes):
-            why = f"{scene.kg.name(entity)} is a {scene.kg.kind_label(entity)}"
+            why = f"{scene.kg.name(entity)} is {a(scene.kg.kind_label(entity))}"
             return other, Change(action.name, other.name, "kind", why)
     return action, None
 
@@ -179,7 +179,7 @@ def _no_value(arg: str, parameter: Parameter) -> Finding:
 def _wrong_kind(arg: str, entity: URIRef, parameter: Parameter, scene: Scene) -> Finding:
     kinds = [scene.domain.kinds[c].label for c in parameter.classes if c in scene.domain.kinds]
     name, label = scene.kg.name(entity), scene.kg.kind_label(entity)
-    message = f"{name} is a {label}, not a {' or '.join(kinds)}"
+    message = f"{name} is {a(label)}, not {a(' or '.join(kinds))}"
     near = resolve.near_items(arg, parameter.classes, scene)
     return Finding("E202", message, name, candidates=tuple(near))
 

@@ -1,6 +1,7 @@
 """The small vocabulary in which a domain pack tells the tool about its data."""
 
-from rdflib import Literal, Namespace, URIRef
+import pyoxigraph
+from rdflib import BNode, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 AB = Namespace("urn:adaptbot:")
@@ -25,3 +26,16 @@ def local(node: Node) -> str:
     if not isinstance(node, URIRef):
         return text
     return text.rsplit("#", 1)[-1].rsplit("/", 1)[-1].rsplit(":", 1)[-1] or text
+
+
+def node_of(term: object) -> Node:
+    """Return a term of the engine's parser as rdflib's."""
+    if isinstance(term, pyoxigraph.NamedNode):
+        return URIRef(term.value)
+    if isinstance(term, pyoxigraph.BlankNode):
+        return BNode(term.value)
+    if isinstance(term, pyoxigraph.Literal):
+        if term.language:
+            return Literal(term.value, lang=term.language)
+        return Literal(term.value, datatype=URIRef(term.datatype.value))
+    raise ValueError(f"{term} is no IRI, blank node or literal")

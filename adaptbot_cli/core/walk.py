@@ -24,7 +24,6 @@ from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.static import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.terms import TRUE
 
-
 _MOST_ROWS = 3
 """With how many of the things that a condition is about a suggestion is looked for."""
 

@@ -27,5 +27,5 @@ class Lexicon(Protocol):
     """Where word knowledge comes from."""
 
     def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
-        """Return the words related to `word` within `fields`: first senses, then near ones first."""
+        """Return the words related to `word` within `fields`: first senses, then near ones."""
         ...

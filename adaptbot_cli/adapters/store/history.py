@@ -16,3 +16,8 @@ def files_at(root: Path, domain: str, revision: str) -> dict[str, bytes]:
     names = (*DOMAIN_FILES, *FACT_FILES)
     found = {name: repo.read(f"kg/{domain}/{name}", revision) for name in names}
     return {name: data for name, data in found.items() if data is not None}
+
+
+def head(root: Path) -> str | None:
+    """Return the revision that the workspace is at."""
+    return Repo.open_or_init(root).head()

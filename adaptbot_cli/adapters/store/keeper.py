@@ -9,7 +9,7 @@ from rdflib import RDF, RDFS
 
 from adaptbot_cli.adapters.store.files import lock, recover, write_files
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.reading import DOMAIN_FILES, FACT_FILES, load_kg, read_files
 from adaptbot_cli.adapters.store.turtle import patch
 from adaptbot_cli.core.kg import Delta, Kg
 from adaptbot_cli.core.learning import Lesson
@@ -55,9 +55,20 @@ class Keeper:
             repo = Repo.open_or_init(self.root, own=made)
             if self.first:
                 write_files(self.root, self.first)
+            head = repo.head()
+            known = {p for p in self._paths() if head and repo.read(p, head) is not None}
+            new = sorted({*self.first, *self._paths()} - known)
+            if new:
                 message = f"start: the {self.domain} as it comes"
-                return repo.commit(sorted(self.first), message, self.origin.now())
-            return repo.head()
+                return repo.commit(new, message, self.origin.now())
+            return head
+
+    def edited(self) -> list[str]:
+        """Return the domain's files that a person has changed since the last commit."""
+        return Repo.open_or_init(self.root).dirty(self._paths())
+
+    def _paths(self) -> list[str]:
+        return [f"kg/{self.domain}/{name}" for name in (*DOMAIN_FILES, *FACT_FILES)]
 
     def keep(self, turn: Keep) -> Kept:
         """Commit lessons, with the question and answer behind every fact (DESIGN, 7).
@@ -81,13 +92,14 @@ class Keeper:
             changed = {name: data for name, data in self._edited(files, deltas) if data}
             load_kg({**files, **changed}, f"kg/{self.domain}")  # what is written can be read again
             paths = {f"kg/{self.domain}/{name}": data for name, data in changed.items()}
+            repo = Repo.open_or_init(self.root)
+            edited = [path for path in repo.dirty(sorted(paths)) if path in paths]
             if paths:
                 write_files(self.root, paths)
-            return Repo.open_or_init(self.root).commit(sorted(paths), message, self.origin.now())
+            message += "".join(f"Hand-edited: {path}\n" for path in edited)
+            return repo.commit(sorted(paths), message, self.origin.now())
 
-    def _edited(
-        self, files: dict[str, bytes], deltas: list[Delta]
-    ) -> Iterator[tuple[str, bytes]]:
+    def _edited(self, files: dict[str, bytes], deltas: list[Delta]) -> Iterator[tuple[str, bytes]]:
         removed, added = net(deltas)
         for name in ("attributes.ttl", "state.ttl", "actions.ttl"):
             old = files[name].decode("utf-8")

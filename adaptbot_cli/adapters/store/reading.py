@@ -5,22 +5,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pyoxigraph
-from rdflib import RDF, RDFS, BNode, Graph, Literal, URIRef
-from rdflib.term import Node
+from rdflib import RDF, RDFS, Graph
 
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.pack import Sources, read_domain
-from adaptbot_cli.core.terms import AB, Triple
+from adaptbot_cli.core.terms import AB, Triple, node_of
 from adaptbot_cli.errors import KnowledgeError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
 FACT_FILES = ("attributes.ttl", "state.ttl")
 
 
-def load_kg(
-    files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | None = None
-) -> Kg:
+def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | None = None) -> Kg:
     """Build the graph of a domain from the bytes of its five files.
 
     With `instead`, the facts are these triples, split by the domain's properties, and not those
@@ -34,9 +31,7 @@ def load_kg(
         if name not in files:
             raise KnowledgeError(f"{where} lacks {name}; a domain has five .ttl files")
     graphs = {name: parse(files[name], f"{where}/{name}") for name in DOMAIN_FILES}
-    domain = read_domain(
-        Sources(graphs["domain.ttl"], graphs["actions.ttl"], graphs["tasks.ttl"])
-    )
+    domain = read_domain(Sources(graphs["domain.ttl"], graphs["actions.ttl"], graphs["tasks.ttl"]))
     if instead is not None:
         return Kg.load(domain, *split(instead, domain))
     facts = [triples(files[name], f"{where}/{name}") for name in FACT_FILES]
@@ -103,22 +98,9 @@ def _parser(data: bytes) -> "pyoxigraph.QuadParser":
     return pyoxigraph.parse(io.BytesIO(data), format=pyoxigraph.RdfFormat.TURTLE)
 
 
-def _term(term: object) -> Node:
-    """Return a term of the parser's as rdflib's."""
-    if isinstance(term, pyoxigraph.NamedNode):
-        return URIRef(term.value)
-    if isinstance(term, pyoxigraph.BlankNode):
-        return BNode(term.value)
-    if isinstance(term, pyoxigraph.Literal):
-        if term.language:
-            return Literal(term.value, lang=term.language)
-        return Literal(term.value, datatype=URIRef(term.datatype.value))
-    raise ValueError(f"{term} is no IRI, blank node or literal")
-
-
 def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:
     try:
-        return [(_term(q.subject), _term(q.predicate), _term(q.object)) for q in parser]
+        return [(node_of(q.subject), node_of(q.predicate), node_of(q.object)) for q in parser]
     except SyntaxError as error:
         line = f", line {error.lineno}" if error.lineno else ""
         raise KnowledgeError(f"{path}{line}: this is no valid Turtle: {error.msg}") from error

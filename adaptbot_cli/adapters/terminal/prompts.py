@@ -89,8 +89,20 @@ class Prompts:
 
 
 def _ask(prompt: questionary.Question) -> Any:
+    _stop_on_signal(prompt)
     prompt.application.erase_when_done = True
     return prompt.unsafe_ask()
+
+
+def _stop_on_signal(prompt: questionary.Question) -> None:
+    """Let SIGINT do what the key does: prompt_toolkit takes the signal, questionary drops it."""
+    bindings = KeyBindings()
+
+    @bindings.add(Keys.SIGINT, eager=True)
+    def stop(event: KeyPressEvent) -> None:
+        event.app.exit(exception=KeyboardInterrupt, style="class:aborting")
+
+    _bind(prompt, bindings)
 
 
 def _control(prompt: questionary.Question) -> InquirerControl:

@@ -169,7 +169,7 @@ class Repo:
             raise KnowledgeError(f"{rev!r} is short for several commits; write more.") from error
         except (KeyError, ValueError, IndexError, AssertionError, RefFormatError) as error:
             raise KnowledgeError(
-                f"There is no version {rev!r} in {self._top}; `adaptbot kg log` lists them."
+                f"There is no version {rev!r} in {self._top}; `git log` lists them."
             ) from error
 
     def _commit(self, names: Sequence[bytes], message: str, when: datetime) -> str:
