@@ -202,12 +202,13 @@ w:light a ab:Action ; rdfs:label "light" ; ab:order 9 ;
 w:wait a ab:Action ; rdfs:label "wait" ; ab:order 10 ;
     ab:explain "wait for some minutes" ;
     ab:parameters ( [ ab:name "minutes" ; ab:datatype xsd:decimal ;
+                      ab:unit "min=1", "minutes=1", "hours=60" ;
                       ab:default "SELECT (5 AS ?minutes) WHERE {}" ] ) .
 
 w:press a ab:Action ; rdfs:label "press" ; ab:order 11 ;
     ab:explain "press a part with a weight" ;
     ab:parameters ( [ ab:name "part" ; ab:class w:part ]
-                    [ ab:name "kilos" ; ab:datatype xsd:decimal ] ) .
+                    [ ab:name "kilos" ; ab:datatype xsd:decimal ; ab:unit "kg=1" ] ) .
 
 w:sell a ab:Action ; rdfs:label "sell" ; ab:order 12 ;
     ab:explain "sell a blessed part; nothing here can bless one" ;

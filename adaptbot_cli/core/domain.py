@@ -68,7 +68,9 @@ class Parameter:
 
     `default` is a SPARQL SELECT whose first row gives the value that the tool fills in; `instead`
     one that gives what is meant by a thing ?given that will not do, `instead_means` says how;
-    `words` are the words that stand for a value, such as "on" for true.
+    `words` are the words that stand for a value, such as "on" for true; `units` the words that a
+    number may carry, with what they multiply it by; `of_product` a SELECT of what is meant where
+    the plan names what it makes.
     """
 
     name: str
@@ -80,6 +82,8 @@ class Parameter:
     instead: str = ""
     instead_means: str = ""
     words: Mapping[str, Node] = field(default_factory=dict)
+    units: Mapping[str, float] = field(default_factory=dict)
+    of_product: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +196,12 @@ class Domain:
         """The kinds that a person can be asked to choose from, in the domain's order."""
         kinds = [kind for kind in self.kinds.values() if kind.order is not None]
         return tuple(sorted(kinds, key=lambda kind: (kind.order or 0, kind.label)))
+
+    @property
+    def places(self) -> frozenset[URIRef]:
+        """The classes of what things can be in or on: the ranges of the location properties."""
+        found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
+        return frozenset(self.properties[iri].range for iri in found if iri in self.properties)
 
     def name_properties(self) -> tuple[URIRef, ...]:
         """The predicates that give things their names."""

@@ -7,7 +7,8 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.names import normal, words
 from adaptbot_cli.core.plan import Call, Finding, Parsed
 from adaptbot_cli.core.rehearse import Aim, Repair, all_hold, complete, holds
 from adaptbot_cli.core.report import Bound, Report
@@ -47,7 +48,6 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     where everything before them about the same things could be understood.
     """
     scene.notice([written.call for written in parsed.calls])
-    scene.near.clear()
     walk = Walk(scene.kg)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
@@ -188,19 +188,31 @@ def _unused(bounds: Sequence[Bound | None], parsed: Parsed, scene: Scene) -> lis
     findings = []
     for name in scene.task.required:
         meant = set(scene.kg.find(name))
-        if parsed.calls and not meant & entities and normal(name) not in written:
-            message = f"the task requires {name}, which no step of the plan uses"
-            findings.append(Finding("E501", message, name))
+        if not parsed.calls or meant & entities or normal(name) in written:
+            continue
+        message = f"the task requires {name}, which no step of the plan uses"
+        if not meant and not is_absent(scene.kg, name, "item"):
+            message = f"the task requires {name}, which is not in the knowledge graph"
+        findings.append(Finding("E501" if meant else "E201", message, name))
     return findings
 
 
 def lost_items(old: Parsed, new: Parsed, scene: Scene) -> tuple[str, ...]:
-    """Return the required items that an earlier plan names and a new one no longer does."""
+    """Return the required items that an earlier plan names and a new one no longer does.
+
+    A word for several items names them all, and one with a state names its item; an item that a
+    person has said is not there cannot be lost.
+    """
 
     def named(parsed: Parsed, name: str) -> bool:
         meant = set(scene.kg.find(name))
         args = {arg for w in parsed.calls for arg in w.call.args}
-        return any(normal(a) == normal(name) or meant & set(scene.kg.find(a)) for a in args)
+        return any(
+            set(words(name)) <= set(words(arg))
+            or meant & set(scene.kg.find(arg))
+            or normal(arg) in scene.domain.quantifiers
+            for arg in args
+        )
 
-    required = scene.task.required
-    return tuple(name for name in required if named(old, name) and not named(new, name))
+    wanted = [name for name in scene.task.required if not is_absent(scene.kg, name, "item")]
+    return tuple(name for name in wanted if named(old, name) and not named(new, name))

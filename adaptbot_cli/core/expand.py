@@ -88,31 +88,44 @@ def _does(entity: Node, parameter: Parameter, action: Action, scene: Scene) -> b
 
 
 def _quantifier(arg: str, parameter: Parameter, action: Action, scene: Scene) -> Found | None:
+    """All required items, those included of which something is not known yet: it is asked."""
     if normal(arg) not in scene.domain.quantifiers:
         return None
-    names = _required(parameter, action, scene)
-    return names, "quantifier", f'"{arg}" stands for the required items'
+    unknown = [item for item in scene.task.required if not scene.kg.find(item)]
+    names = [scene.kg.name(entity) for entity in _required(parameter, action, scene)]
+    return names + unknown, "quantifier", f'"{arg}" stands for the required items'
 
 
 def _product(arg: str, parameter: Parameter, action: Action, scene: Scene) -> Found | None:
-    """What the plan makes: the one item that it is named after, else the required items."""
+    """What the plan makes: what holds it, the one item it is named after, or what it is made of."""
     finding = resolve.item(arg, parameter.classes, scene).finding
     if finding is None or finding.code != "E203":
         return None
+    holder = (
+        scene.kg.first(parameter.of_product, parameter.name, {}) if parameter.of_product else None
+    )
+    if holder is not None:
+        return [scene.kg.name(holder)], "product", f"{arg} is in it"
     parts = words(arg)
     named = [part for part in parts if scene.requires(part) and scene.kg.find(part)]
     if len(named) == 1:
         return [scene.kg.name(scene.kg.find(named[0])[0])], "product", f"{arg} is made of it"
     if not all(scene.kg.find(item) for item in scene.task.required):
         return None  # what it is made of is not all known yet
-    fitting = _required(parameter, action, scene)
-    return fitting, "product", f"{arg} is what the required items become"
+    fitting = [
+        e for e in _required(parameter, action, scene) if _surely(e, parameter, action, scene)
+    ]
+    names = [scene.kg.name(entity) for entity in fitting]
+    return names, "product", f"{arg} is what the required items become"
 
 
-def _required(parameter: Parameter, action: Action, scene: Scene) -> list[str]:
-    """The required items that an action can be done to."""
+def _required(parameter: Parameter, action: Action, scene: Scene) -> list[URIRef]:
+    """The required items that an action may be done to, as far as is known."""
     found: Iterable[URIRef] = (e for name in scene.task.required for e in scene.kg.find(name)[:1])
-    wanted = [e for e in found if _does(e, parameter, action, scene)]
+    return [e for e in found if _does(e, parameter, action, scene)]
+
+
+def _surely(entity: URIRef, parameter: Parameter, action: Action, scene: Scene) -> bool:
+    """Whether every attribute that an action needs of a thing is known of it."""
     needs = [need for need in action.attributes if need.of == parameter.name and not need.assume]
-    sure = [e for e in wanted if all(known_values(scene.kg, e, need.prop) for need in needs)]
-    return [scene.kg.name(entity) for entity in sure]
+    return all(known_values(scene.kg, entity, need.prop) for need in needs)

@@ -9,7 +9,7 @@ from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.domain import Domain, Effect, Kind
-from adaptbot_cli.core.names import normal, variants
+from adaptbot_cli.core.names import normal, variants, without_s
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
 
@@ -47,6 +47,7 @@ class Kg:
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     _proper: dict[Node, str] = field(default_factory=dict)
     _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
+    _spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
     _log: list[Delta] | None = None
 
     @classmethod
@@ -100,17 +101,27 @@ class Kg:
         return self._names[name]
 
     def _look_up(self, name: str) -> tuple[URIRef, ...]:
-        for form in variants(name):
-            for text in dict.fromkeys((form, form.upper(), form.title())):
-                found = {
-                    subject
-                    for predicate in (*self.domain.name_properties(), AB.alias)
-                    for subject in self.facts.subjects(predicate, Literal(text))
-                    if isinstance(subject, URIRef) and self.classes(subject)
-                }
-                if found:
-                    return tuple(sorted(found))
+        """A thing's own name goes before another name that was taught for something else."""
+        for predicates in (self.domain.name_properties(), (AB.alias,)):
+            for form in variants(name):
+                for text in dict.fromkeys((form, form.upper(), form.title())):
+                    found = {
+                        subject
+                        for predicate in predicates
+                        for subject in self.facts.subjects(predicate, Literal(text))
+                        if isinstance(subject, URIRef) and self.classes(subject)
+                    }
+                    if found:
+                        return tuple(sorted(found))
         return ()
+
+    def spelled(self, name: str) -> tuple[URIRef, ...]:
+        """Return the entities whose names differ from this one by an "s" in a word at most."""
+        if not self._spellings:
+            for entity in self.instances(self.domain.kinds):
+                key = without_s(self.name(entity))
+                self._spellings[key] = (*self._spellings.get(key, ()), entity)
+        return self._spellings.get(without_s(name), ())
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""
@@ -181,6 +192,11 @@ class Kg:
     def changes(self, start: int, end: int | None = None) -> list[Delta]:
         """Return the changes of this rehearsal from one mark to another."""
         return (self._log or [])[start:end]
+
+    def last_change(self) -> frozenset[Triple]:
+        """Return the triples that the last change of this rehearsal took away or added."""
+        delta = self._log[-1] if self._log else Delta()
+        return delta.removed | delta.added
 
     @contextmanager
     def rehearsal(self) -> Iterator[None]:

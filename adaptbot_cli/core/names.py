@@ -18,11 +18,27 @@ def words(name: str) -> tuple[str, ...]:
     return tuple(part for part in re.split(r"[^\w']+|_", normal(name)) if part)
 
 
+_WITHOUT = frozenset({"without", "no", "not", "minus", "except"})
+
+
+def affirmed(text: str) -> list[str]:
+    """Return the words of a request that are wanted: those before a "without", no "egg-free"."""
+    parts = words(text)
+    kept = parts[: next((n for n, part in enumerate(parts) if part in _WITHOUT), len(parts))]
+    free = {n for n, part in enumerate(kept) if part == "free"}
+    return [part for n, part in enumerate(kept) if n not in free and n + 1 not in free]
+
+
 def singulars(word: str) -> tuple[str, ...]:
     """Return what `word` could be the English plural of, likeliest first."""
     rules = (("ies", "y"), ("ves", "f"), ("ves", "fe"), ("oes", "o"), ("es", ""), ("s", ""))
     found = [word[: -len(end)] + new for end, new in rules if word.endswith(end) and len(word) > 3]
     return tuple(dict.fromkeys(form for form in reversed(found) if not word.endswith("ss")))
+
+
+def without_s(name: str) -> tuple[str, ...]:
+    """Return a name's words without plural or possessive "s", to compare spellings."""
+    return tuple(word.removesuffix("s").removesuffix("'") for word in words(name))
 
 
 def variants(name: str) -> tuple[str, ...]:

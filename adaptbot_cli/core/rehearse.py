@@ -112,7 +112,13 @@ class Repair:
         if before is None:
             return None
         perform(bound, self.kg)
-        return [*before, bound]
+        return [*before, bound] if self._changes_only(bound) else None
+
+    def _changes_only(self, bound: Bound) -> bool:
+        """Whether the last action changed nothing but what it was done to: a missing step must not
+        pour out what else a vessel holds."""
+        about = {*bound.values.values(), self.kg.domain.agent}
+        return all(subject in about for subject, _, _ in self.kg.last_change())
 
     def prepare(self, bound: Bound, limit: int) -> list[Bound] | None:
         """Make all conditions of an action hold, within `limit` steps; None if that fails."""

@@ -22,10 +22,10 @@ from adaptbot_cli.core.words import Related
 
 T = TypeVar("T")
 
-_ITEM_REACH = {"synonym": 0, "hypernym": 2, "hyponym": 1}
+_ITEM_REACH = {"synonym": 0, "hypernym": 1}
 _ACTION_REACH = {"synonym": 0, "hypernym": 1}
 _NEAR = 2
-"""How many edges away a related word may be: an action stands for broader ones only."""
+"""How many edges away a related word may be: a thing or action stands for broader ones only."""
 
 _PREPOSITIONS = frozenset({"on", "onto", "in", "into", "inside", "upon", "atop"})
 _ARTICLES = frozenset({"a", "an", "the", "some", "of", "from", "with"})
@@ -72,15 +72,10 @@ def _spelled(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
     """A name that differs by an "s" alone, as a possessive or plural inside it does."""
     if len(words(name)) < 2 or is_absent(scene.kg, name, "item"):
         return None
-    wanted = _without_s(name)
-    found = [e for e in scene.kg.instances(classes) if _without_s(scene.kg.name(e)) == wanted]
+    found = [e for e in scene.kg.spelled(name) if scene.kg.is_a(e, classes)]
     if len(found) != 1:
         return None
     return Named(found[0], _renamed(name, found[0], scene))
-
-
-def _without_s(name: str) -> tuple[str, ...]:
-    return tuple(word.removesuffix("s").removesuffix("'") for word in words(name))
 
 
 def _several(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
@@ -91,18 +86,24 @@ def _several(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
 
 
 def _place_of_phrase(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
-    """A place told as a phrase, "egg on bread on plate", is the last place it names."""
+    """A phrase of a thing and where it is, "egg on bread on plate".
+
+    Where a place is wanted it is the last place that is named, else the thing that comes first.
+    """
     parts = words(name)
     cuts = [n for n, part in enumerate(parts) if part in _PREPOSITIONS]
     if not cuts:
         return None
-    place = "_".join(part for part in parts[cuts[-1] + 1 :] if part not in _ARTICLES)
-    found = [e for e in scene.kg.find(place) if scene.kg.is_a(e, classes)]
-    if not found:
-        return None
-    proper = scene.kg.name(found[0])
-    change = Change(name, proper, "place of the phrase", f'"{name}" ends at {proper}')
-    return Named(found[0], change)
+    for part, wanted, by in (
+        (parts[cuts[-1] + 1 :], scene.domain.places, "place of the phrase"),
+        (parts[: cuts[0]], frozenset(classes), "thing of the phrase"),
+    ):
+        said = "_".join(word for word in part if word not in _ARTICLES)
+        found = [e for e in scene.kg.find(said) if scene.kg.is_a(e, classes)]
+        if found and scene.kg.is_a(found[0], wanted):
+            proper = scene.kg.name(found[0])
+            return Named(found[0], Change(name, proper, by, f'"{name}" means {proper} here'))
+    return None
 
 
 def _with_state(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
@@ -136,9 +137,11 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
         return None
     related = scene.known.get(normal(name), ())
     best = _best(related, lambda w: _items_called(w, classes, scene), _ITEM_REACH)
-    if best is None or scene.uses(best[1]):
+    if best is None or scene.uses(best[1]) or best[0].sense > 1:
         return None
     word, entity = best
+    if scene.taken.setdefault(entity, normal(name)) != normal(name):
+        return None
     proper = scene.kg.name(entity)
     return Named(entity, Change(name, proper, word.relation, _word_evidence(name, word)))
 
@@ -258,7 +261,7 @@ def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
         return None
     related = scene.known.get(normal(name), ())
     best = _best(related, lambda word: _actions_called(word, scene), _ACTION_REACH)
-    if best is None:
+    if best is None or best[0].sense > 1:
         return None
     word, known = best[0], scene.domain.actions[best[1]]
     return NamedAction(known, Change(name, known.name, word.relation, _verb_evidence(name, word)))

@@ -18,7 +18,8 @@ class Scene:
 
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
-    `near` remembers the names near a name, which are costly to find.
+    `near` remembers the names near a name, which are costly to find, and `taken` which name a
+    thing was put in for, so that two names never become one thing.
     """
 
     kg: Kg
@@ -28,6 +29,7 @@ class Scene:
     aside: frozenset[str] = frozenset()
     drop: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
+    taken: dict[URIRef, str] = field(default_factory=dict)
 
     @property
     def domain(self) -> Domain:
@@ -37,6 +39,8 @@ class Scene:
     def notice(self, calls: list[Call]) -> None:
         """Take note of every name that a plan writes."""
         self.used = frozenset(normal(arg) for call in calls for arg in call.args)
+        self.near.clear()
+        self.taken.clear()
 
     def requires(self, name: str) -> bool:
         """Tell whether the task requires the item of this name."""
@@ -59,7 +63,8 @@ class Scene:
         dish = {word for word in made - needed if not self.kg.find(word)}
         if not self.domain.products:
             return False  # nothing is made in this domain: a task's words name things
-        return bool(parts & (self.domain.products | dish)) or (bool(parts) and parts <= made)
+        meant = self.domain.products | dish
+        return (bool(parts & meant) and parts - needed <= meant) or (bool(parts) and parts <= made)
 
     def sets_aside(self, name: str, subject: str) -> bool:
         """Tell whether the steps with this name are to be dropped, if dropping is allowed."""

@@ -1,5 +1,6 @@
 """What can be said of one call without running it: its action, arguments, kinds, attributes."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -36,14 +37,15 @@ class Sound:
 def understand(call: Call, scene: Scene) -> Sound:
     """Resolve a call's names by the remedies and check what holds of them at any time."""
     aside = _aside(call, scene)
-    if aside:
+    if aside and not any(scene.requires(arg) for arg in call.args):
         return Sound(call, None, dropped=aside)
     named = resolve.action(call.action, scene)
     if named.action is None:
         findings = dict.fromkeys((named.finding, *_argument_findings(call, scene)))
         return Sound(call, None, findings=tuple(f for f in findings if f))
     action, kind_change = _of_the_items_kind(named.action, call, scene)
-    changes = tuple(change for change in (named.change, kind_change) if change)
+    call, left_out = _without_aside(call, action, scene)
+    changes = tuple(change for change in (named.change, kind_change, left_out) if change)
     sound = _bind(action, call, scene, changes)
     if named.fixed is not None and sound.bound is not None:
         values = {**sound.bound.values, named.fixed.parameter: named.fixed.value}
@@ -56,6 +58,16 @@ def _aside(call: Call, scene: Scene) -> str:
     if scene.sets_aside(call.action, "action"):
         return call.action
     return next((arg for arg in call.args if scene.sets_aside(arg, "item")), "")
+
+
+def _without_aside(call: Call, action: Action, scene: Scene) -> tuple[Call, Change | None]:
+    """The call without an argument that is not there and that the action can do without."""
+    for arg, parameter in zip(call.args, action.visible, strict=False):
+        if (parameter.optional or parameter.default) and scene.sets_aside(arg, "item"):
+            args = tuple(other for other in call.args if other != arg)
+            why = f"{arg} is not known here, and {action.name} finds its own {parameter.name}"
+            return Call(call.action, args), Change(arg, "left out", "default", why)
+    return call, None
 
 
 def _argument_findings(call: Call, scene: Scene) -> Iterator[Finding]:
@@ -143,12 +155,15 @@ def _read(arg: str, parameter: Parameter, scene: Scene) -> _Read:
 
 
 def _read_value(arg: str, parameter: Parameter, scene: Scene) -> _Read:
-    """Read a number or a word; what is neither is a placeholder if the domain has a default."""
+    """Read a number or a word; what has no number is a placeholder if the domain has a default."""
     value = _value(arg, parameter)
     if value is not None:
-        return _Read(parameter, value, resolve.Named(), None)
+        change = None
+        if str(value) != arg and not parameter.words:
+            change = Change(arg, str(value), "unit", f"in {parameter.name}, {arg} is {value}")
+        return _Read(parameter, value, resolve.Named(change=change), None)
     default = scene.kg.first(parameter.default, parameter.name, {}) if parameter.default else None
-    if default is None:
+    if default is None or any(character.isdigit() for character in arg):
         return _Read(parameter, None, resolve.Named(), _no_value(arg, parameter))
     why = f'"{arg}" says no number of {parameter.name}'
     change = Change(arg, str(default), "default", why)
@@ -158,15 +173,19 @@ def _read_value(arg: str, parameter: Parameter, scene: Scene) -> _Read:
 def _value(arg: str, parameter: Parameter) -> Node | None:
     if parameter.words:
         return parameter.words.get(normal(arg))
-    digits = number(arg)
-    return None if digits is None else Literal(digits, datatype=parameter.datatype)
+    found = number(arg)
+    if found is None or (found[1] and found[1] not in parameter.units):
+        return None
+    if not found[1]:
+        return Literal(found[0], datatype=parameter.datatype)
+    amount = float(found[0]) * parameter.units[found[1]]
+    return Literal(f"{amount:g}", datatype=parameter.datatype)
 
 
-def number(arg: str) -> str | None:
-    """Return the number that an argument starts with: "35", "35min" and "35 minutes" are 35."""
-    digits = arg.strip().rstrip("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ. ")
-    plain = digits.replace(".", "", 1)
-    return digits if plain.isascii() and plain.isdigit() else None
+def number(arg: str) -> tuple[str, str] | None:
+    """Return the number and the unit that an argument consists of: "35 min" is ("35", "min")."""
+    found = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?)\s*([^\W\d_]*)\.?", arg.strip())
+    return (found[1], found[2].lower()) if found else None
 
 
 def _no_value(arg: str, parameter: Parameter) -> Finding:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from adaptbot_cli.core import resolve
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import normal, singulars, words
+from adaptbot_cli.core.names import affirmed, normal, singulars, words
 from adaptbot_cli.core.plan import Parsed, Task
 from adaptbot_cli.core.scene import Scene
 
@@ -23,12 +23,14 @@ def task_for(text: str, kg: Kg, requires: Iterable[str] = ()) -> Task:
     listed = next((t for name, t in kg.domain.task_names.items() if content(name, kg) == key), None)
     task = listed or Task(" ".join(words(text)) or text.strip(), _told(text, kg))
     extra = [normal(name) for name in requires if name.strip()]
-    return replace(task, required=tuple(dict.fromkeys((*task.required, *extra))))
+    unwanted = set(words(text)) - set(affirmed(text))
+    wanted = (name for name in (*task.required, *extra) if not unwanted & set(words(name)))
+    return replace(task, required=tuple(dict.fromkeys(wanted)))
 
 
 def content(text: str, kg: Kg) -> tuple[str, ...]:
     """Return the words of a request that carry meaning, without plurals."""
-    kept = (word for word in words(text) if word not in kg.domain.fillers)
+    kept = (word for word in affirmed(text) if word not in kg.domain.fillers)
     return tuple((singulars(word) or (word,))[0] for word in kept)
 
 
@@ -38,7 +40,7 @@ def modifiers(text: str, kg: Kg) -> tuple[str, ...]:
     In English the last word before "with" is the thing made, unless the first is what is done to
     it: "cheese sandwich" is made of cheese, "fry the egg" of egg.
     """
-    parts = words(text)
+    parts = affirmed(text)
     cut = parts.index("with") if "with" in parts else len(parts)
     before = [word for word in parts[:cut] if word not in kg.domain.fillers]
     after = [word for word in parts[cut + 1 :] if word not in kg.domain.fillers]
@@ -49,7 +51,13 @@ def modifiers(text: str, kg: Kg) -> tuple[str, ...]:
 
 
 def _told(text: str, kg: Kg) -> tuple[str, ...]:
-    told = modifiers(text, kg)
+    """The known items that a request tells, its last word too if there is no other."""
+    found = _items(modifiers(text, kg), kg)
+    head = [word for word in affirmed(text) if word not in kg.domain.fillers][-1:]
+    return found or _items(tuple(head), kg)
+
+
+def _items(told: tuple[str, ...], kg: Kg) -> tuple[str, ...]:
     classes = [iri for iri in kg.domain.kinds if str(iri) in _goal_classes(kg)]
     found: list[str] = []
     start = 0

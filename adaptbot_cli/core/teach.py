@@ -7,6 +7,7 @@ from rdflib import RDF, URIRef
 
 from adaptbot_cli.core import learning, resolve
 from adaptbot_cli.core.domain import Action, Kind, Property
+from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Finding
@@ -281,4 +282,13 @@ def take(lesson: Lesson, scene: Scene) -> None:
         scene.kg.learn(lesson.delta)
         return
     actions = {**scene.domain.actions, lesson.action.name: lesson.action}
+    scene.kg.domain = replace(scene.domain, actions=actions)
+
+
+def forget(lesson: Lesson, scene: Scene) -> None:
+    """Take a lesson back: what it added goes, what it replaced returns."""
+    if lesson.action is None:
+        scene.kg.learn(Delta(removed=lesson.delta.added, added=lesson.delta.removed))
+        return
+    actions = {n: a for n, a in scene.domain.actions.items() if n != lesson.action.name}
     scene.kg.domain = replace(scene.domain, actions=actions)

@@ -28,13 +28,17 @@ class Propose:
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """The planner's text, as it came, and what it cost; `calls` counts the model's answers."""
+    """The planner's text, as it came, and what it cost; `calls` counts the model's answers.
+
+    `failure` says why there is no new text: then it is that of the last plan again.
+    """
 
     text: str
     calls: int = 1
     prompt_tokens: int = 0
     completion_tokens: int = 0
     cost_usd: float | None = None
+    failure: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from adaptbot_cli.core import teach
 from adaptbot_cli.core.examine import examine, lost_items, words_to_look_up
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.learning import Lesson, is_absent
 from adaptbot_cli.core.names import normal, sentence_list
 from adaptbot_cli.core.plan import Finding, Parsed, Task
 from adaptbot_cli.core.questions import LATER, Answer, Question
@@ -66,19 +66,30 @@ def pursue(task: Task, kg: Kg, parse: Parse, policy: Policy = "tutor", replans: 
     tries = 0
     while True:
         report, tries = yield from _replan(run, report, tries, replans)
+        told = _said(_open(run, report))
         report = yield from _ask(run, report)
+        if policy == "tutor" and tries < replans and _said(_open(run, report)) - told:
+            continue  # the answers brought up what a new plan could mend
         report = yield from _set_aside(run, report)
-        outcome: Outcome | None = None
-        if report.executable:
-            outcome = yield Execute(report)
+        outcome = yield from _execute(report)
         if outcome is None or outcome.error is None or tries >= replans:
             break
         report = replace(report, findings=(*report.findings, outcome.error))
-    revision = yield from _keep(run)
-    sizes = (before, kg.size() if run.lessons else before)
+    revision, refused = yield from _keep(run)
+    if refused:
+        report = yield from _without_lessons(run, report)
+        outcome = yield from _execute(report)
+    sizes = (before, kg.size())
     questions = tuple(run.asked.values())
     lessons = tuple(run.lessons)
     return Result(report, outcome, run.usage, questions, lessons, revision, sizes)
+
+
+def _execute(report: Report) -> Generator[Turn, Any, Outcome | None]:
+    if not report.executable:
+        return None
+    outcome: Outcome = yield Execute(report)
+    return outcome
 
 
 def _propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
@@ -115,12 +126,14 @@ def _replan(
     run: Run, report: Report, tries: int, limit: int
 ) -> Generator[Turn, Any, tuple[Report, int]]:
     """Re-prompt with the findings until nothing is open, nothing changes or tries are used up."""
+    seen = {report.text}
     while _open(run, report) and tries < limit:
         tries += 1
         findings = _open(run, report)
         text = yield from _propose(run, Propose(run.task, tries, report.text, findings))
-        if run.policy == "tutor" and text == report.text:
+        if run.policy == "tutor" and text in seen:
             break
+        seen.add(text)
         lost = lost_items(run.parse(report.text), run.parse(text), run.scene)
         if run.policy == "tutor" and lost:
             report = _guarded(report, lost)
@@ -142,8 +155,13 @@ def _guarded(report: Report, lost: tuple[str, ...]) -> Report:
 
 
 def _open(run: Run, report: Report) -> tuple[Finding, ...]:
-    """What a new plan could mend: not what nobody will answer in this run."""
-    return tuple(f for f in report.open if normal(f.subject) not in run.scene.aside)
+    """What a new plan could mend: not what nobody will answer, nor a required item not there."""
+    return tuple(
+        f
+        for f in report.open
+        if normal(f.subject) not in run.scene.aside
+        and not (run.scene.requires(f.subject) and is_absent(run.kg, f.subject, "item"))
+    )
 
 
 def _said(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
@@ -185,16 +203,24 @@ def _set_aside(run: Run, report: Report) -> Generator[Turn, Any, Report]:
     return (yield from _examine(run, report.text))
 
 
-def _keep(run: Run) -> Generator[Turn, Any, str | None]:
-    """Have the person review what was learned, then have it committed."""
+def _keep(run: Run) -> Generator[Turn, Any, tuple[str | None, bool]]:
+    """Have the person review what was learned, then have it committed; tell if it was refused."""
     if not run.lessons:
-        return None
+        return None, False
     lessons = tuple(run.lessons)
     if not (yield Review(lessons)):
-        run.lessons.clear()
-        return None
+        return None, True
     kept: Kept = yield Keep(run.task, lessons)
-    return kept.revision
+    return kept.revision, False
+
+
+def _without_lessons(run: Run, report: Report) -> Generator[Turn, Any, Report]:
+    """What the plan is worth without the lessons that the person has refused."""
+    for lesson in reversed(run.lessons):
+        teach.forget(lesson, run.scene)
+    run.lessons.clear()
+    report = yield from _examine(run, report.text)
+    return (yield from _set_aside(run, report))
 
 
 def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:
@@ -202,6 +228,7 @@ def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:
 
     Nothing is dropped: what is not there is reported, whether the goal needs it or not.
     """
+    task = with_told(task, parse(text), kg)
     scene = Scene(kg, task, drop=False)
     run = Run(kg, task, parse, scene)
     report = yield from _examine(run, text)

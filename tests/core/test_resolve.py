@@ -130,14 +130,15 @@ def test_a_synonym_that_names_one_thing_of_the_kind_is_taken() -> None:
     assert named.change.evidence == "WordNet: lumber means the same as board"
 
 
-def test_a_broader_word_two_edges_away_is_taken_and_three_are_too_many() -> None:
-    assert by_words("lumber", related("board", "hypernym", 2)).entity == URIRef(W + "board")
-    assert by_words("lumber", related("board", "hypernym", 3)).entity is None
+def test_a_broader_word_is_taken_one_edge_away_only() -> None:
+    assert by_words("lumber", related("board", "hypernym", 1)).entity == URIRef(W + "board")
+    assert by_words("lumber", related("board", "hypernym", 2)).entity is None
 
 
-def test_a_narrower_word_one_edge_away_is_taken_and_two_are_too_many() -> None:
-    assert by_words("lumber", related("board", "hyponym", 1)).entity == URIRef(W + "board")
-    assert by_words("lumber", related("board", "hyponym", 2)).entity is None
+def test_a_narrower_word_is_a_suggestion_only() -> None:
+    named = by_words("lumber", related("board", "hyponym", 1))
+    assert named.entity is None
+    assert named.finding is not None and named.finding.candidates == ("board",)
 
 
 def test_the_nearest_word_wins() -> None:
@@ -145,10 +146,19 @@ def test_the_nearest_word_wins() -> None:
     assert by_words("lumber", *words).entity == URIRef(W + "board")
 
 
-def test_only_the_first_sense_counts() -> None:
+def test_only_the_words_own_first_sense_counts() -> None:
     first, second = related("anchor", "synonym", sense=1), related("board", "synonym", sense=2)
     assert by_words("lumber", first, second).entity is None
-    assert by_words("lumber", second).entity == URIRef(W + "board")
+    assert by_words("lumber", second).entity is None
+
+
+def test_two_names_never_become_one_thing() -> None:
+    words = {"lumber": (related("board", "synonym"),), "timber": (related("board", "synonym"),)}
+    looked = scene()
+    looked.known.update(words)
+    parts = [URIRef(W + "part")]
+    assert resolve.item("lumber", parts, looked).entity == URIRef(W + "board")
+    assert resolve.item("timber", parts, looked).entity is None
 
 
 def test_two_candidates_are_a_suggestion() -> None:

@@ -105,8 +105,14 @@ def test_a_required_parameter_is_not_skipped() -> None:
 
 
 def test_a_number_may_have_a_unit() -> None:
-    for written in ("35", "35min", "35 minutes", "35.0", "35."):
+    for written in ("35", "35min", "35 minutes", "35.0", "35 min."):
         assert float(str(value(f"wait({written})", "minutes"))) == 35, written
+
+
+def test_a_unit_is_reckoned_and_one_that_is_not_known_is_a_finding() -> None:
+    assert float(str(value("wait(2 hours)", "minutes"))) == 120
+    assert codes("wait(2 moons)") == ["E103"]
+    assert codes("wait(10 to 15 minutes)") == ["E103"]
 
 
 def test_a_text_without_a_number_is_a_placeholder_for_the_default() -> None:
@@ -182,7 +188,7 @@ def test_a_finding_is_told_once_though_two_arguments_raise_it() -> None:
 def test_a_change_is_told_once_though_two_arguments_need_it() -> None:
     kg = replaced(
         "actions.ttl",
-        '[ ab:name "kilos" ; ab:datatype xsd:decimal ]',
+        '[ ab:name "kilos" ; ab:datatype xsd:decimal ; ab:unit "kg=1" ]',
         '[ ab:name "other" ; ab:class w:part ]',
     )
     assert len(sound("press(Board, Board)", kg).changes) == 1

@@ -24,7 +24,16 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
-from adaptbot_cli.core.turns import Ask, Checked, Execute, Learned, Propose, Review, Turn
+from adaptbot_cli.core.turns import (
+    Ask,
+    Checked,
+    Execute,
+    Learned,
+    Proposal,
+    Propose,
+    Review,
+    Turn,
+)
 
 WIDE = 110
 """From how many columns on the plan and the changes stand side by side."""
@@ -70,6 +79,8 @@ class Screen:
             self._report = turn.report
             mark = PASSING if turn.report.executable else WARNING
             self._note(mark, f"checked: {summary(turn.report)}")
+        elif isinstance(reply, Proposal) and reply.failure:
+            self._note(WARNING, reply.failure)
         elif isinstance(turn, Learned):
             self._note(GOOD, f"learned: {turn.lesson.sentence}")
         elif isinstance(turn, Execute) and isinstance(reply, Outcome):

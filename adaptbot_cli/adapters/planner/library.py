@@ -9,7 +9,7 @@ import jinja2
 import yaml
 
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.names import singulars, words
+from adaptbot_cli.core.names import affirmed, singulars, words
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
@@ -111,7 +111,8 @@ class Library:
             return list(turn.task.required)
         parts = {part for item in turn.task.required for part in words(item)}
         passed = self.domain.fillers | parts | _folded(name)
-        extra = [word for word in words(turn.task.name) if not {word, *singulars(word)} & passed]
+        said = affirmed(turn.task.name)
+        extra = [word for word in said if not {word, *singulars(word)} & passed]
         told = [*turn.task.required, *extra]
         usual = plan.base if told and plan.base is not None else plan.ingredients
         return list(dict.fromkeys((*usual, *told)))

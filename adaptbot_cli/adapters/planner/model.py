@@ -12,8 +12,6 @@ from adaptbot_cli.errors import ModelError
 SECONDS = 120.0
 """How long one answer may take."""
 
-RETRIES = 2
-
 
 @dataclass(frozen=True, slots=True)
 class Model:
@@ -31,10 +29,12 @@ class Model:
         """
         litellm = _litellm()
         messages = self.prompts.messages(turn)
+        missing = litellm.validate_environment(self.name)["missing_keys"]
+        if missing:
+            told = " and ".join(missing)
+            raise ModelError(f"The model {self.name} needs a key: set {told}. {_WITHOUT_MODEL}")
         try:
             return self._answer(litellm, messages)
-        except KeyboardInterrupt:
-            raise
         except Exception as error:  # litellm raises each provider's own kinds of errors
             raise ModelError(_sentence(self.name, error)) from None
 
@@ -46,7 +46,6 @@ class Model:
             seed=0,
             stream=True,
             timeout=SECONDS,
-            num_retries=RETRIES,
             drop_params=True,
             stream_options={"include_usage": True},
         )
@@ -84,11 +83,14 @@ def _cost(litellm: Any, answer: Any) -> float | None:
         return None
 
 
+_WITHOUT_MODEL = "`--model library` plans without a model."
+
 _CAUSES = {
     "AuthenticationError": "the provider refused the key, or none is set; set the provider's "
     "variable, such as OPENAI_API_KEY",
     "NotFoundError": "the provider knows no model of this name",
-    "BadRequestError": "the provider cannot take this request; check the model's name",
+    "BadRequestError": "no provider takes this request; a model is named with its provider, such as "
+    "ollama/llama3.2, anthropic/claude-3-5-haiku-latest or gpt-4o",
     "RateLimitError": "the provider is limiting requests; try again later",
     "Timeout": f"it did not answer within {SECONDS:.0f} seconds",
     "APIConnectionError": "it cannot be reached; check the network, or that its server runs",
@@ -103,4 +105,4 @@ def _sentence(model: str, error: Exception) -> str:
     """Say what went wrong without repeating the provider's text, which may echo a key."""
     kind = type(error).__name__
     cause = _CAUSES.get(kind, f"the call failed ({kind})")
-    return f"The model {model} gave no plan: {cause}. `--model library` plans without a model."
+    return f"The model {model} gave no plan: {cause}. {_WITHOUT_MODEL}"

@@ -76,7 +76,17 @@ def _parameter(entry: Entry) -> Parameter:
         instead=instead,
         instead_means=entry.text(AB.insteadMeans, "stands for them"),
         words=words,
+        units=_units(entry),
+        of_product=query_of(entry, entry.text(AB.ofProduct, ""), "ab:ofProduct", "SELECT"),
     )
+
+
+def _units(entry: Entry) -> dict[str, float]:
+    """The words that a number may carry, written as "hours=60"."""
+    try:
+        return {word: float(by) for word, by in (u.split("=") for u in entry.texts(AB.unit))}
+    except ValueError:
+        raise entry.fail('ab:unit needs a word and a number, such as "hours=60"') from None
 
 
 def _attribute(entry: Entry) -> AttributeRequirement:
