@@ -47,7 +47,7 @@ def modifiers(text: str, kg: Kg) -> tuple[str, ...]:
     scene = Scene(kg, Task(text))
     if len(before) > 1 and resolve.action(before[0], scene).action is not None:
         return (*before[1:], *after)
-    return (*(before[:-1] or before), *after)
+    return (*before[:-1], *after)
 
 
 def _told(text: str, kg: Kg) -> tuple[str, ...]:

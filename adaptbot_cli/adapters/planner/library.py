@@ -110,7 +110,8 @@ class Library:
         if turn.task.known:
             return list(turn.task.required)
         parts = {part for item in turn.task.required for part in words(item)}
-        passed = self.domain.fillers | parts | _folded(name)
+        states = {word for prop in self.domain.properties.values() for word in prop.state_words}
+        passed = self.domain.fillers | parts | _folded(name) | states
         said = affirmed(turn.task.name)
         extra = [word for word in said if not {word, *singulars(word)} & passed]
         told = [*turn.task.required, *extra]

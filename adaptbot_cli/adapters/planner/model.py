@@ -29,7 +29,8 @@ class Model:
         """
         litellm = _litellm()
         messages = self.prompts.messages(turn)
-        missing = litellm.validate_environment(self.name)["missing_keys"]
+        needed = litellm.validate_environment(self.name)["missing_keys"]
+        missing = [name for name in needed if "KEY" in name or "TOKEN" in name]
         if missing:
             told = " and ".join(missing)
             raise ModelError(f"The model {self.name} needs a key: set {told}. {_WITHOUT_MODEL}")
