@@ -35,6 +35,7 @@ def show(
     from adaptbot_cli import session
     from adaptbot_cli.adapters import tables
     from adaptbot_cli.core import view
+    from adaptbot_cli.core.learning import is_absent
     from adaptbot_cli.errors import UsageError
 
     home = workspace(workspace_dir)
@@ -54,9 +55,11 @@ def show(
         return
     kind = view.kind_called(graph, name)
     if kind is None:
+        if is_absent(graph, name, "item"):
+            raise UsageError(f"{name} is not here, as a person has said: see git log -S in {home.root}")
         near = view.near(graph, name)
         hint = f"; near it: {', '.join(near)}" if near else ""
-        raise UsageError(f"nothing and no class is called {name}{hint}")
+        raise UsageError(f"neither a thing nor a class is called {name}{hint}")
     members = view.members(graph, kind)
     if json:
         print_json([thing.as_json() for thing in members])

@@ -89,6 +89,13 @@ def _no_more_output() -> None:
 
 
 def _say(text: str) -> None:
+    import shutil
+    import textwrap
+
+    from adaptbot_cli.cli.common import at_terminal
     from adaptbot_cli.core.visible import visible
 
-    typer.echo(visible(text), err=True)
+    told = visible(text)
+    if at_terminal(sys.stderr):
+        told = textwrap.fill(told, shutil.get_terminal_size().columns, break_on_hyphens=False)
+    typer.echo(told, err=True)

@@ -23,7 +23,10 @@ from adaptbot_cli.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from adaptbot_cli.core.report import Result
+    from adaptbot_cli.session import Session
 
 FINDINGS = 3
 
@@ -36,7 +39,7 @@ class PolicyName(StrEnum):
 
 
 def run(
-    task: Annotated[str, typer.Argument(help='What to do, such as "make omelette".')],
+    task: Annotated[list[str], typer.Argument(help='What to do, such as "make omelette".')],
     domain: DomainOption = None,
     model: Annotated[
         str | None,
@@ -69,11 +72,12 @@ def run(
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import Request, build
 
-    if not task.strip():
+    asked = " ".join(task)
+    if not asked.strip():
         raise UsageError('say what to do: adaptbot run "make omelette"')
     home = workspace(workspace_dir)
     request = Request(
-        task=task,
+        task=asked,
         domain=domain_name(domain, home),
         model=model,
         policy=str(policy or home.settings.get("policy", "tutor")),  # type: ignore[arg-type]
@@ -98,7 +102,17 @@ def run(
             print_json(told)
         else:
             session.screen.finish(result, result.revision)
+            if not dry_run:
+                _tell_where(screen, session, home.root)
     return exit_code(result)
+
+
+def _tell_where(screen: "Console", session: "Session", root: Path) -> None:
+    """Say where the knowledge is kept, and whether the state was kept too."""
+    from rich.text import Text
+
+    kept = f"state kept as {session.state[:7]} · " if session.state else ""
+    screen.print(Text(f"  {kept}knowledge in {root}", "dim"))
 
 
 def exit_code(result: "Result") -> int:

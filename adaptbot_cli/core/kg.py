@@ -38,11 +38,13 @@ class Kg:
     """A home's knowledge graph under a domain.
 
     The facts live in two named graphs of one store, so that a query sees both. `rehearsal` lets
-    effects be tried and takes them back, whatever happens inside.
+    effects be tried and takes them back, whatever happens inside. `named_by` are the predicates
+    that hold names.
     """
 
     domain: Domain
     facts: Dataset
+    named_by: tuple[URIRef, ...] = ()
     _graphs: dict[URIRef, Graph] = field(default_factory=dict)
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     _proper: dict[Node, str] = field(default_factory=dict)
@@ -56,7 +58,7 @@ class Kg:
         facts = Dataset(store="Oxigraph", default_union=True)
         # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
         facts.namespace_manager = NamespaceManager(facts, bind_namespaces="none")
-        kg = cls(domain, facts)
+        kg = cls(domain, facts, domain.name_properties())
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg.graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
@@ -102,7 +104,7 @@ class Kg:
 
     def _look_up(self, name: str) -> tuple[URIRef, ...]:
         """A thing's own name goes before another name that was taught for something else."""
-        for predicates in (self.domain.name_properties(), (AB.alias,)):
+        for predicates in (self.named_by, (AB.alias,)):
             for form in variants(name):
                 for text in dict.fromkeys((form, form.upper(), form.title())):
                     found = {
@@ -130,7 +132,7 @@ class Kg:
     def name(self, entity: Node) -> str:
         """Return an entity's name, or the end of its IRI."""
         if entity not in self._proper:
-            values = (self.value(entity, predicate) for predicate in self.domain.name_properties())
+            values = (self.value(entity, predicate) for predicate in self.named_by)
             self._proper[entity] = next((str(v) for v in values if v is not None), local(entity))
         return self._proper[entity]
 

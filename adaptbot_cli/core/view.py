@@ -43,11 +43,12 @@ def thing(kg: Kg, entity: URIRef) -> Thing:
     kinds = sorted(local(iri) for iri in kg.facts.objects(entity, RDF.type))
     facts: dict[URIRef, dict[str, Any]] = {}
     place = ""
+    locations = _locations(kg)
     for _, predicate, value in sorted(kg.facts.triples((entity, None, None))):
         prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
-        if prop is None or predicate in kg.domain.name_properties():
+        if prop is None or predicate in kg.named_by:
             continue
-        if predicate in _locations(kg):
+        if predicate in locations:
             place = kg.name(value)
         facts.setdefault(kg.home_of(predicate), {})[local(predicate)] = _plain(kg, value)
     states = facts.get(STATES, {})
@@ -114,5 +115,5 @@ def near(kg: Kg, name: str) -> list[str]:
 
 def _all_names(kg: Kg) -> Iterable[str]:
     yield from (local(iri) for iri in kg.domain.kinds)
-    for predicate in kg.domain.name_properties():
+    for predicate in kg.named_by:
         yield from (str(name) for name in kg.facts.objects(None, predicate))

@@ -85,6 +85,8 @@ class Screen:
             self._note(GOOD, f"learned: {turn.lesson.sentence}")
         elif isinstance(turn, Execute) and isinstance(reply, Outcome):
             self._executed(reply)
+        elif isinstance(turn, Review) and reply is False:
+            self._note(WARNING, "not kept: the plan is looked at again without what was taught")
         elif isinstance(turn, Ask | Review) and self.asks:
             self._last = None  # the question and its answer stand there now
 
