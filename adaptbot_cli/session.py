@@ -4,6 +4,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from adaptbot_cli.core.turns import (
     LookUp,
     Observer,
     Planner,
+    Proposal,
     Propose,
     Review,
     Store,
@@ -25,6 +27,7 @@ from adaptbot_cli.core.turns import (
 )
 from adaptbot_cli.core.tutor import Policy, inspect, pursue
 from adaptbot_cli.core.words import Lexicon
+from adaptbot_cli.errors import ModelError
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -69,7 +72,7 @@ def perform(turn: Turn, ports: Ports) -> object:
     """Perform one turn through its port."""
     match turn:
         case Propose():
-            return ports.planner.propose(turn)
+            return _proposal(turn, ports.planner)
         case LookUp():
             return {word: ports.lexicon.related(word, turn.fields) for word in turn.words}
         case Ask():
@@ -82,6 +85,17 @@ def perform(turn: Turn, ports: Ports) -> object:
             return ports.store.keep(turn)
         case _:
             return None
+
+
+def _proposal(turn: Propose, planner: Planner) -> Proposal:
+    """Ask the planner; one that fails at a re-prompt ends the re-prompting, not the run, so that
+    what the person has answered by then is kept."""
+    try:
+        return planner.propose(turn)
+    except ModelError as error:
+        if turn.attempt == 0:
+            raise
+        return Proposal(turn.previous, calls=0, failure=str(error))
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +117,8 @@ class Request:
 
 @dataclass(slots=True)
 class Session:
-    """Everything that one run needs, wired. `revisions` are the workspace's, before and after."""
+    """Everything that one run needs, wired. `revisions` are the workspace's, before and after;
+    `state` is the one that holds the executed state, if it was kept."""
 
     request: Request
     kg: "Kg"
@@ -115,6 +130,7 @@ class Session:
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
     edited: Sequence[str] = ()
+    state: str | None = None
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
     def run(self) -> Result:
@@ -124,7 +140,8 @@ class Session:
         result = drive(turns, self.ports)
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
-            self.revisions[1] = self.keeper.apply(self.task.name, result.outcome.deltas)
+            self.state = self.keeper.apply(self.task.name, result.outcome.deltas)
+            self.revisions[1] = self.state
         if self.recorder is not None:
             self.recorder.finished(result)
         return result
@@ -143,12 +160,15 @@ def load(
     """Load a domain's graph: the workspace's or the bundled one.
 
     `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace.
+    What a killed run left half written is finished or undone first.
 
     Raises:
         UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
+    from adaptbot_cli.adapters.store.files import settle
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 
+    settle(workspace.root)
     folder = workspace.folder(domain)
     if at is not None:
         return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
@@ -228,7 +248,7 @@ def _human(request: Request, prompts: "Console | None") -> Human:
     from adaptbot_cli.adapters.terminal import AbsentHuman, TerminalHuman
 
     if request.answers is not None:
-        return AnswersHuman(read_answers(request.answers), _person())
+        return AnswersHuman(read_answers(request.answers), _person(), str(request.answers))
     if prompts is None or not request.ask:
         return AbsentHuman()
     return TerminalHuman(prompts, _person(), lambda: _now().isoformat(timespec="seconds"))
@@ -269,7 +289,8 @@ def _keeper(
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin
 
     origin = Origin(planner, transcript.name if transcript else "", _now)
-    return Keeper(workspace.root, request.domain, kg, origin, workspace.first_files(request.domain))
+    first = partial(workspace.first_files, request.domain)
+    return Keeper(workspace.root, request.domain, kg, origin, first)
 
 
 def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":

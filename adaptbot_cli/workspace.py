@@ -74,7 +74,10 @@ class Workspace:
         return root / "kg" / domain
 
     def first_files(self, domain: str) -> dict[str, bytes]:
-        """Return what a first use writes: the settings and the bundled pack of a domain."""
+        """Return what a first use writes: the settings and the bundled pack of a domain.
+
+        Nothing that is there already is among it; hold the workspace's lock to rely on that.
+        """
         files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}
         if not (self.root / ".gitignore").exists():
             files[".gitignore"] = _IGNORED.encode()

@@ -8,7 +8,7 @@ import yaml
 
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Question
+from adaptbot_cli.core.questions import ABSENT, EXISTS, LATER, NO, UNKNOWN, YES, Answer, Question
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 
@@ -32,22 +32,57 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
 
 @dataclass(frozen=True, slots=True)
 class AnswersHuman:
-    """Answers from a file; what the file does not tell stays open."""
+    """Answers from a file, `path` in messages; what the file does not tell stays open."""
 
     answers: dict[str, dict[str, Any]]
     by: str
+    path: str = "the answers"
 
     def ask(self, question: Question) -> Answer:
-        """Return the file's answer to a question, by its kind or by the property it asks for."""
+        """Return the file's answer to a question, by its kind or by the property it asks for.
+
+        Raises:
+            UsageError: the answer is none that the question has, or the kind of something that
+                exists is not told.
+        """
         told = self.answers.get(normal(question.about), {})
         value = told.get(question.prop or question.kind, told.get(question.kind))
         if value is None and told and question.kind == "kind":
-            value = question.choices[0].value  # what the plan takes it for, unless it is told
+            raise self._unfit(question, "exists, but its kind is not told", "it can be")
         if value is None:
             return LATER
-        shown = {True: YES, False: NO}[value] if isinstance(value, bool) else str(value)
-        return Answer(shown, self.by)
+        given = _meant(question, value)
+        if given is None:
+            what = question.prop or question.kind
+            raise self._unfit(question, f'"{value}" is no answer for {what}', "there is")
+        return Answer(given, self.by)
+
+    def _unfit(self, question: Question, problem: str, there_is: str) -> UsageError:
+        choices = ", ".join(_choices(question).values())
+        near = ", ".join(question.known[:3])
+        known = f", or is NAME with a known name, such as {near}" if near else ""
+        return UsageError(f"{self.path}: {question.about}: {problem}; {there_is} {choices}{known}")
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool:
         """Accept: whoever wrote the file has said so."""
         return True
+
+
+def _choices(question: Question) -> dict[str, str]:
+    """The values to choose from, by their normal form; "is" alone names nothing."""
+    offered = [choice.value for choice in question.choices if choice.value != "is"]
+    always = [] if question.kind == "existence" else [UNKNOWN]
+    return {normal(value): value for value in (*offered, *always, LATER.value)}
+
+
+def _meant(question: Question, value: object) -> str | None:
+    """The value of the choice that a person has written, None if it is none."""
+    said = {True: YES, False: NO}[value] if isinstance(value, bool) else str(value).strip()
+    if said.startswith("is "):
+        known = {normal(name): name for name in question.known}
+        name = known.get(normal(said.removeprefix("is ")))
+        return None if name is None else f"is {name}"
+    words = {"true": YES, "false": NO}
+    if question.kind == "existence":
+        words = {YES: EXISTS, "true": EXISTS, NO: ABSENT, "false": ABSENT}
+    return _choices(question).get(words.get(said.lower(), normal(said)))

@@ -56,7 +56,9 @@ def show(
     kind = view.kind_called(graph, name)
     if kind is None:
         if is_absent(graph, name, "item"):
-            raise UsageError(f"{name} is not here, as a person has said: see git log -S in {home.root}")
+            raise UsageError(
+                f"{name} is not here, as a person has said: see git log -S in {home.root}"
+            )
         near = view.near(graph, name)
         hint = f"; near it: {', '.join(near)}" if near else ""
         raise UsageError(f"neither a thing nor a class is called {name}{hint}")

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-from rdflib import RDF, XSD, Literal, URIRef
+from rdflib import RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import Property
+from adaptbot_cli.core.domain import Condition, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a
-from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, local
+from adaptbot_cli.core.terms import AB, ATTRIBUTES, FACT_TERMS, STATES, local
 
 _CHECKED_DATATYPES = {XSD.boolean: bool, XSD.string: str, XSD.integer: int}
 
@@ -17,10 +17,12 @@ def faults(kg: Kg) -> list[str]:
     """Return a sentence for each fact that the domain does not allow; none if all is well."""
     found = [fault for triple in sorted(_facts(kg)) for fault in _fact(kg, *triple)]
     found += _several_values(kg)
+    found += _several_kinds(kg)
     found += _cycles(kg)
     found += _unnamed(kg)
     found += _unknown_needs(kg)
     found += _unknown_classes(kg)
+    found += _unknown_predicates(kg)
     return list(dict.fromkeys(found))
 
 
@@ -30,9 +32,12 @@ def _facts(kg: Kg) -> Iterator[tuple[Node, Node, Node]]:
 
 
 def _fact(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[str]:
-    if str(predicate).startswith(str(AB)):
-        return
     name = kg.name(subject)
+    if str(predicate).startswith(str(AB)):
+        if predicate not in FACT_TERMS:
+            known = ", ".join(f"ab:{local(term)}" for term in sorted(FACT_TERMS))
+            yield f"{name}: ab:{local(predicate)} means nothing among the facts; {known} do"
+        return
     if predicate == RDF.type:
         if value not in kg.domain.kinds:
             yield f"{name}: {local(value)} is no class of this domain"
@@ -72,6 +77,17 @@ def _several_values(kg: Kg) -> Iterator[str]:
                 if len(values) > 1:
                     told = " and ".join(values)
                     yield f"{kg.name(subject)}: {local(prop.iri)} has {len(values)} values: {told}"
+
+
+def _several_kinds(kg: Kg) -> Iterator[str]:
+    """Things of two classes that a person teaches, neither of which is the other's superclass."""
+    kinds = kg.domain.teachable
+    for entity in kg.instances([kind.iri for kind in kinds]):
+        stated = [kind for kind in kinds if (entity, RDF.type, kind.iri) in kg.facts]
+        others = [k for k in stated if not any(k.iri in o.supers for o in stated if o != k)]
+        if len(others) > 1:
+            told = " and ".join(a(kind.label) for kind in others)
+            yield f"{kg.name(entity)}: is {told}; it can be only one of them"
 
 
 def _cycles(kg: Kg) -> Iterator[str]:
@@ -120,3 +136,18 @@ def _unknown_classes(kg: Kg) -> Iterator[str]:
         for iri in (*kind.asks, *(start.prop for start in kind.starts)):
             if iri not in kg.domain.properties:
                 yield f"domain.ttl, entry {local(kind.iri)}: {local(iri)} is no property of it"
+
+
+def _unknown_predicates(kg: Kg) -> Iterator[str]:
+    """What a condition of an action names and neither domain.ttl nor any fact knows."""
+    for action in kg.domain.actions.values():
+        purposes = (action.purpose,) if action.purpose else ()
+        for condition in (*action.conditions, *action.advises, *purposes):
+            yield from _unknown_in(kg, f"actions.ttl, entry {action.name}", condition)
+
+
+def _unknown_in(kg: Kg, where: str, condition: Condition) -> Iterator[str]:
+    known = {*kg.domain.properties, *kg.domain.kinds, RDF.type, RDFS.subClassOf, kg.domain.agent}
+    for iri in sorted(condition.predicates - known):
+        if not iri.startswith(str(XSD)) and (iri, None, None) not in kg.facts:
+            yield f'{where}: {local(iri)} in "{condition.message}" is not declared in domain.ttl'

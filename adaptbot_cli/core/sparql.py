@@ -98,19 +98,24 @@ def bindable(query: str) -> str:
     The engine binds only variables that a query projects; one that stands in a FILTER alone, such
     as the robot in "nothing is in the robot's hand", would be refused.
     """
-    if re.search(r"\bGROUP\s+BY\b", query):
+    if re.search(r"\bGROUP\s+BY\b", query, re.IGNORECASE):
         return query  # what is grouped away cannot be projected; such a query binds what it shows
     body = query.index("{")
     names = " ".join(f"?{name}" for name in sorted(variables(query[body:])))
     if re.search(r"\bSELECT\b", query[:body]):
         head = query[:body]
         missing = [name for name in names.split() if not re.search(rf"\{name}\b", head)]
-        where = re.search(r"\bWHERE\s*$", head)
+        where = re.search(r"(?<!\?)\bWHERE\s*$", head, re.IGNORECASE)
         cut = where.start() if where else len(head)
         return f"{head[:cut]} {' '.join(missing)} {head[cut:]}{query[body:]}"
     if not names:
         return query
     return f"{query[:body]}{{ SELECT {names} WHERE {query[body:]} }}"
+
+
+def dollars(query: str) -> list[str]:
+    """Return the variables that a query writes as `$name`, as SPARQL allows and this tool not."""
+    return [m[2] for m in re.finditer(rf"({_SKIP})|(\$\w+)", query, re.DOTALL) if m[2]]
 
 
 @lru_cache(maxsize=1024)

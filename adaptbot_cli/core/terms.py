@@ -16,6 +16,21 @@ STATES: URIRef = AB.state
 SCHEMA: URIRef = AB.schema
 """The named graph of the domain's classes, which path queries need beside the facts."""
 
+TERMS: frozenset[str] = frozenset(
+    """
+    Action Domain Task about absentAction absentItem advice advises agent alias ask asks
+    attribute calledAs class datatype default effect equals explain falseWord family fetches
+    filler functional goal graph hidden holds ifUnknown impliedBy instead insteadMeans kindOrder
+    locationProperty message name nameProperty namespace needs of ofProduct optional order
+    parameter parameters product prompted property purpose quantifier question requires select
+    starts state stateWord trueWord unit value verb verbField when wordField
+    """.split()  # noqa: SIM905 - a list would take a page
+)
+"""Every ab: term that means something in a pack's files; any other is a slip of the pen."""
+
+FACT_TERMS: frozenset[URIRef] = frozenset({AB.alias, AB.absentItem, AB.absentAction})
+"""The ab: terms that stand among the facts."""
+
 Triple = tuple[Node, Node, Node]
 TRUE, FALSE = Literal(True), Literal(False)
 

@@ -220,6 +220,19 @@ def test_a_workspace_without_the_right_to_write(seeded: Home, home: Home, begun:
     assert home.files() - before == {"a.yaml"}
 
 
+def test_answers_that_cannot_be_meant_change_nothing(seeded: Home, home: Home) -> None:
+    shutil.copytree(seeded.workspace, home.workspace)
+    subjects = home.subjects()
+    home.write("odd.yaml", "chives: {existence: perhaps}\n")
+    home.write("half.yaml", "chives: {existence: yes}\n")
+    odd = home.adaptbot("run", "make omelette", "--answers", "odd.yaml")
+    half = home.adaptbot("run", "make omelette", "--answers", "half.yaml")
+    assert (odd.code, half.code) == (2, 2)
+    assert '"perhaps" is no answer for existence; there is absent, exists, later' in odd.said
+    assert "half.yaml: chives: exists, but its kind is not told; it can be " in half.said
+    assert home.subjects() == subjects
+
+
 def test_debug_shows_the_traceback_wherever_it_stands(home: Home) -> None:
     before, after, without = home.adaptbots(
         [

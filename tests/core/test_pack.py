@@ -1,10 +1,16 @@
 """What can be wrong with a domain pack: each error names the file, the entry and what to do."""
 
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 from rdflib import Literal, URIRef, Variable
 
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.terms import TRUE
+from adaptbot_cli.core.terms import TERMS, TRUE
 from adaptbot_cli.errors import KnowledgeError, PackError
 from tests.worlds import ACTIONS, FILES, PREFIXES, W, replaced, workshop
 
@@ -71,6 +77,31 @@ DOMAIN_ERRORS = [
         "names {item}; it may name no parameter",
     ),
     (
+        "ab:stateWord",
+        "ab:statesWord",
+        "entry drilled: there is no ab:statesWord; the nearest is ab:s",
+    ),
+    (
+        "ab:when w:drillable",
+        "ab:whenn w:drillable",
+        "entry part: there is no ab:whenn; the nearest is ab:when",
+    ),
+    (
+        "w:holds a rdf:Property ; ab:graph ab:state",
+        "w:holds a rdf:Property ; ab:graph ab:stat",
+        "entry holds: ab:graph must be ab:attribute or ab:state",
+    ),
+    (
+        'ab:select "SELECT ?item WHERE { ?item w:on true }"',
+        'ab:select "SELECT ?it WHERE { ?it w:on true . ?item w:on true }"',
+        "entry workshop: ab:select must give ?item, but gives ?it",
+    ),
+    (
+        'ab:select "SELECT ?item WHERE { ?item w:on true }"',
+        'ab:select "select distinct * where { ?item w:on true }"',
+        "entry workshop: ab:select must name the variables that it gives, not *",
+    ),
+    (
         '"Can one drill {name}?"',
         '"Can one drill {part}?"',
         "entry drillable: the message",
@@ -120,6 +151,42 @@ ACTION_ERRORS = [
         'ab:ask "ASK { ?agent w:holds ?thing }" ;',
         "",
         "entry put: lacks ab:ask; add it",
+    ),
+    (
+        '"ASK { ?agent w:holds ?thing }"',
+        '"ASK { ?agent w:holds $thing }"',
+        "entry put: ab:ask writes $thing; write ?thing",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT { $thing w:on true } WHERE {}"',
+        "entry light: ab:effect writes $thing; write ?thing",
+    ),
+    (
+        '"SELECT (5 AS ?minutes) WHERE {}"',
+        '"SELECT (5 AS ?time) WHERE {}"',
+        'entry wait: ab:default of parameter "minutes" must give ?minutes, but gives ?time',
+    ),
+    (
+        "\"SELECT ?spot WHERE { ?spot a w:furniture ; w:called 'bench' }\"",
+        '"SELECT * WHERE { ?spot a w:furniture }"',
+        'ab:default of parameter "spot" must name the variables that it gives, not *',
+    ),
+    (
+        'rdfs:label "take_tool"',
+        'rdfs:label "open"',
+        'entry open: "open" is the rdfs:label of take_',
+    ),
+    (
+        'ab:family "take" ;\n    ab:explain "take a tool"',
+        'ab:fetchs true ;\n    ab:explain "take a tool"',
+        "entry take_tool: there is no ab:fetchs; the nearest is ab:fetches",
+    ),
+    ("w:open a ab:Action", "w:open a ab:Acton", "entry open: there is no ab:Acton; the nearest is"),
+    (
+        "ab:ifUnknown ab:holds",
+        "ab:ifUnknown ab:hold",
+        "entry take_part: there is no ab:hold; the ne",
     ),
     (
         'ab:message "{spot} has no door"',
@@ -193,6 +260,7 @@ TASK_ERRORS = [
     ('rdfs:label "stool" ;', "", "entry task_stool: lacks rdfs:label; add it"),
     ('ab:needs "board" ;', "", "entry task_stool: lacks ab:needs"),
     ("ASK { w:board w:drilled true }", "ASK { w:board }", "entry task_stool: ab:ask is no valid"),
+    ('ab:needs "board" ;', 'ab:need "board" ;', "task_stool: there is no ab:need; the nearest is"),
     ('"the board has no hole"', '"{board} has no hole"', "entry task_stool: the message"),
 ]
 
@@ -247,6 +315,87 @@ def test_actions_stand_in_their_order_whatever_the_order_of_the_file() -> None:
     files = {**FILES, "actions.ttl": "\n\n".join(reversed(blocks))}
     kg = load_kg({name: (PREFIXES + text).encode() for name, text in files.items()}, "here")
     assert list(kg.domain.actions) == list(workshop().domain.actions)
+
+
+def test_an_action_without_an_order_stands_last() -> None:
+    kg = replaced("actions.ttl", 'rdfs:label "open" ; ab:order 4 ;', 'rdfs:label "open" ;')
+    assert list(kg.domain.actions)[-1] == "open"
+
+
+TIES = """
+w:tied a ab:Action ; rdfs:label "tied" ; ab:order 90 ; ab:explain "tied" ;
+    ab:parameter w:tied_b , w:tied_a , w:tied_c ; ab:calledAs
+        [ ab:alias "one" ; ab:parameter "a" ; ab:value w:bench ; ab:unit [] ] ,
+        [ ab:alias "two" ; ab:parameter "a" ; ab:value w:bench ; ab:unit [] ] ,
+        [ ab:alias "three" ; ab:parameter "a" ; ab:value w:bench ; ab:unit [] ] .
+w:tied_a ab:name "a" ; ab:class w:part ; ab:trueWord "z" .
+w:tied_b ab:name "b" ; ab:class w:part .
+w:tied_c ab:name "c" ; ab:class w:part ; ab:order 1 ; ab:trueWord "a" .
+w:same_b a ab:Action ; rdfs:label "same_b" ; ab:order 90 ; ab:explain "a" ; ab:advises
+    [ ab:ask "ASK {}" ; ab:message "a" ] .
+w:same_a a ab:Action ; rdfs:label "same_a" ; ab:order 90 ; ab:explain "z" ; ab:advises
+    [ ab:ask "ASK {}" ; ab:message "z" ] .
+"""
+_TELL = """
+from tests.core.test_pack import TIES
+from tests.worlds import workshop
+actions = workshop(actions=TIES).domain.actions
+tied = actions["tied"]
+print(*list(actions)[-3:], *(p.name for p in tied.parameters), *(c.names for c in tied.called_as))
+"""
+
+
+def test_ties_are_in_the_same_order_in_every_process() -> None:
+    root = Path(__file__).parents[2]
+    told = set()
+    for seed in ("0", "1", "2"):
+        env = {**os.environ, "PYTHONPATH": str(root), "PYTHONHASHSEED": seed}
+        command = [sys.executable, "-c", _TELL]
+        ended = subprocess.run(command, env=env, text=True, capture_output=True, check=True)
+        told.add(ended.stdout.strip())
+    assert told == {"same_a same_b tied c a b ('one',) ('three',) ('two',)"}
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("actions.ttl", '"ASK { ?agent w:holds ?thing }"', '"ask { ?agent w:holds ?thing }"'),
+        (
+            "actions.ttl",
+            '"SELECT (5 AS ?minutes) WHERE {}"',
+            '"  select (5 as ?minutes) where { ?x w:on ?y }"',
+        ),
+        (
+            "domain.ttl",
+            '"SELECT ?item WHERE { ?item w:on true }"',
+            '"Select ?item ?where where { ?item w:on true } group by ?item ?where"',
+        ),
+        (
+            "actions.ttl",
+            '"SELECT ?tool WHERE { ?tool w:drills true } ORDER BY ?tool"',
+            "\"SELECT ?tool { ?tool w:drills true FILTER('$x' != '') } ORDER BY ?tool\"",
+        ),
+    ],
+)
+def test_queries_may_be_written_as_sparql_allows(file: str, old: str, new: str) -> None:
+    assert replaced(file, old, new).domain.actions
+
+
+def test_a_query_in_small_letters_asks_the_same() -> None:
+    kg = replaced(
+        "domain.ttl", "SELECT ?item WHERE { ?item w:on", "select ?item where { ?item w:on"
+    )
+    assert kg.rows(kg.domain.advice[0].query, {}) == workshop().rows(
+        workshop().domain.advice[0].query, {}
+    )
+
+
+def test_every_term_that_the_tool_reads_is_a_known_one() -> None:
+    folder = Path(__file__).parents[2] / "adaptbot_cli"
+    text = "".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
+    read = {a or b for a, b in re.findall(r'\bAB(?:\.(\w+)|\["(\w+)"\])', text)}
+    assert read - {"schema"} <= TERMS
+    assert {"fetches", "class"} <= read
 
 
 def test_a_kinds_superclasses_start_with_itself() -> None:

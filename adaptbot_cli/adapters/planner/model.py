@@ -90,7 +90,7 @@ _CAUSES = {
     "AuthenticationError": "the provider refused the key, or none is set; set the provider's "
     "variable, such as OPENAI_API_KEY",
     "NotFoundError": "the provider knows no model of this name",
-    "BadRequestError": "no provider takes this request; a model is named with its provider, such as "
+    "BadRequestError": "no provider takes it; a model is named with its provider, such as "
     "ollama/llama3.2, anthropic/claude-3-5-haiku-latest or gpt-4o",
     "RateLimitError": "the provider is limiting requests; try again later",
     "Timeout": f"it did not answer within {SECONDS:.0f} seconds",

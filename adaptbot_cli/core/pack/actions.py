@@ -13,7 +13,15 @@ from adaptbot_cli.core.domain import (
     Effect,
     Parameter,
 )
-from adaptbot_cli.core.pack.entry import Entry, check_message, entries, order_of, query_of, valid
+from adaptbot_cli.core.pack.entry import (
+    Entry,
+    check_message,
+    entries,
+    order_of,
+    query_of,
+    refuse_dollars,
+    valid,
+)
 from adaptbot_cli.core.sparql import mentions, prefixed, split_update, template, variables
 from adaptbot_cli.core.terms import AB, local
 
@@ -25,8 +33,14 @@ def read_actions(graph: Graph, declared: Collection[URIRef]) -> dict[str, Action
         PackError: an entry lacks something or does not make sense.
     """
     found = [entry for _, entry in entries(graph, "actions.ttl", AB.Action)]
-    actions = [_action(entry, declared) for entry in sorted(found, key=order_of)]
-    return {action.name: action for action in actions}
+    actions: dict[str, Action] = {}
+    for entry in sorted(found, key=order_of):
+        action = _action(entry, declared)
+        if action.name in actions:
+            other = local(actions[action.name].iri)
+            raise entry.fail(f'"{action.name}" is the rdfs:label of {other} too; change one')
+        actions[action.name] = action
+    return actions
 
 
 def _action(entry: Entry, known: Collection[URIRef]) -> Action:
@@ -63,9 +77,9 @@ def _parameter(entry: Entry) -> Parameter:
     words = {word: Literal(True) for word in entry.texts(AB.trueWord)}
     words |= {word: Literal(False) for word in entry.texts(AB.falseWord)}
     what = f'ab:default of parameter "{name}"'
-    default = query_of(entry, entry.text(AB.default, ""), what, "SELECT")
+    default = query_of(entry, entry.text(AB.default, ""), what, "SELECT", name)
     what = f'ab:instead of parameter "{name}"'
-    instead = query_of(entry, entry.text(AB.instead, ""), what, "SELECT")
+    instead = query_of(entry, entry.text(AB.instead, ""), what, "SELECT", name)
     return Parameter(
         name=name,
         classes=classes,
@@ -77,7 +91,7 @@ def _parameter(entry: Entry) -> Parameter:
         instead_means=entry.text(AB.insteadMeans, "stands for them"),
         words=words,
         units=_units(entry),
-        of_product=query_of(entry, entry.text(AB.ofProduct, ""), "ab:ofProduct", "SELECT"),
+        of_product=query_of(entry, entry.text(AB.ofProduct, ""), "ab:ofProduct", "SELECT", name),
     )
 
 
@@ -124,6 +138,7 @@ def _effect(entry: Entry) -> Effect | None:
     text = entry.text(AB.effect, "")
     if not text:
         return None
+    refuse_dollars(entry, text, "ab:effect")
     prefixes = prefixed(entry.graph, text)
     try:
         deletes, inserts, where = split_update(text)
@@ -142,7 +157,7 @@ def _effect(entry: Entry) -> Effect | None:
 
 def _bound_predicates(prefixes: str, where: str) -> frozenset[URIRef]:
     """Predicates that an effect may change through a variable: those its VALUES rows name."""
-    rows = " ".join(re.findall(r"VALUES[^{]*\{([^}]*)\}", where))
+    rows = " ".join(re.findall(r"VALUES[^{]*\{([^}]*)\}", where, re.IGNORECASE))
     return mentions(prefixes + rows)
 
 

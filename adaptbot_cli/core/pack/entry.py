@@ -1,15 +1,17 @@
 """One entry of a pack's file, with readers that say in a sentence what is wrong with it."""
 
 import re
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from string import Formatter
 
-from rdflib import RDF, Graph, Literal, URIRef
+import pyoxigraph
+from rdflib import RDF, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
-from adaptbot_cli.core.sparql import bindable, prefixed
+from adaptbot_cli.core.sparql import bindable, dollars, prefixed
 from adaptbot_cli.core.terms import AB, local
 from adaptbot_cli.errors import PackError
 
@@ -83,7 +85,7 @@ class Entry:
         return int(value.toPython())
 
     def parts(self, predicate: URIRef) -> tuple["Entry", ...]:
-        """The nodes below `predicate`, by their ab:order, then by their text."""
+        """The nodes below `predicate`, in the order of `order_of`."""
         nodes = [self._part(node) for node in self.graph.objects(self.node, predicate)]
         return tuple(sorted(nodes, key=order_of))
 
@@ -99,8 +101,16 @@ class Entry:
 
 
 def order_of(entry: Entry) -> tuple[int, str]:
-    """Return what entries are sorted by: ab:order, then their text."""
-    return entry.number(AB.order) or 0, " ".join(sorted(map(str, entry.graph.objects(entry.node))))
+    """Return what entries are sorted by: ab:order, those without last; then their name or text.
+
+    The labels of blank nodes differ from one reading of a file to the next, so none is part of it.
+    """
+    number = entry.number(AB.order)
+    order = sys.maxsize if number is None else number
+    if not isinstance(entry.node, BNode):
+        return order, local(entry.node)
+    values = entry.graph.objects(entry.node)
+    return order, " ".join(sorted(str(value) for value in values if not isinstance(value, BNode)))
 
 
 def _term(predicate: URIRef) -> str:
@@ -115,34 +125,51 @@ def entries(graph: Graph, file: str, kind: URIRef) -> Iterator[tuple[URIRef, Ent
             yield node, Entry.of(graph, file, node)
 
 
-def query_of(entry: Entry, text: str, what: str, form: str) -> str:
-    """Return an entry's query, ready to be asked with bindings. Raises PackError."""
+def query_of(entry: Entry, text: str, what: str, form: str, gives: str = "") -> str:
+    """Return an entry's query, ready to be asked with bindings.
+
+    `gives` is a variable that a SELECT must give values for.
+
+    Raises:
+        PackError: the text is no such query.
+    """
     if not text:
         return ""
-    if not re.match(rf"\s*{form}\b", text):
+    text = text.strip()
+    if not re.match(rf"{form}\b", text, re.IGNORECASE):
         raise entry.fail(f"{what} must be a SPARQL {form}")
-    query = prefixed(entry.graph, text) + text.strip()
-    valid(entry, query, what)
+    if re.match(r"SELECT\s+(DISTINCT\s+|REDUCED\s+)?\*", text, re.IGNORECASE):
+        raise entry.fail(f"{what} must name the variables that it gives, not *")
+    query = prefixed(entry.graph, text) + form + text[len(form) :]
+    given = valid(entry, query, what)
+    if gives and gives not in given:
+        told = " and ".join(f"?{name}" for name in given)
+        raise entry.fail(f"{what} must give ?{gives}, but gives {told}")
     valid(entry, bindable(query), what)
     return bindable(query)
 
 
-def valid(entry: Entry, query: str, what: str) -> None:
-    """Make sure that a query is valid SPARQL. Raises PackError."""
-    problem = syntax_problem(query)
-    if problem:
-        raise entry.fail(f"{what} is no valid SPARQL: {problem}")
+def valid(entry: Entry, query: str, what: str) -> tuple[str, ...]:
+    """Make sure that a query is valid SPARQL; return the variables that a SELECT gives.
 
-
-def syntax_problem(query: str) -> str:
-    """Return what is wrong with a query's syntax, or nothing."""
-    import pyoxigraph
-
+    Raises:
+        PackError: it is not, or a variable is written with a dollar, which could not be bound.
+    """
+    refuse_dollars(entry, query, what)
     try:
-        pyoxigraph.Store().query(query)
+        found = pyoxigraph.Store().query(query)
     except SyntaxError as error:
-        return " ".join(str(error).split())
-    return ""
+        problem = " ".join(str(error).split())
+        raise entry.fail(f"{what} is no valid SPARQL: {problem}") from None
+    if isinstance(found, pyoxigraph.QuerySolutions):
+        return tuple(variable.value for variable in found.variables)
+    return ()
+
+
+def refuse_dollars(entry: Entry, query: str, what: str) -> None:
+    """Make sure that no variable is written with a dollar. Raises PackError."""
+    for name in dollars(query):
+        raise entry.fail(f"{what} writes {name}; write ?{name[1:]}")
 
 
 def check_message(entry: Entry, message: str, names: Iterable[str]) -> None:

@@ -10,6 +10,7 @@ from adaptbot_cli.core.domain import Domain, Implication, Kind, Property, Start
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.pack.actions import read_actions
 from adaptbot_cli.core.pack.entry import Entry, check_message, entries, query_of
+from adaptbot_cli.core.pack.vocabulary import check_terms
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.terms import AB, local
 from adaptbot_cli.errors import PackError
@@ -32,6 +33,12 @@ def read_domain(sources: Sources) -> Domain:
             and what to do.
     """
     domain = Entry.of(sources.domain, "domain.ttl", _the_domain(sources.domain))
+    for graph, file in (
+        (sources.domain, "domain.ttl"),
+        (sources.actions, "actions.ttl"),
+        (sources.tasks, "tasks.ttl"),
+    ):
+        check_terms(graph, file)
     kinds = {iri: _kind(entry) for iri, entry in entries(sources.domain, "domain.ttl", RDFS.Class)}
     properties = _properties(sources.domain)
     declared = {*properties, RDF.type, RDFS.subClassOf}
@@ -129,7 +136,7 @@ def _goals(entry: Entry, predicate: URIRef) -> tuple[Goal, ...]:
 def _goal(entry: Entry) -> Goal:
     classes = tuple(str(iri) for iri in entry.iris(AB["class"]))
     ask = query_of(entry, entry.text(AB.ask, ""), "ab:ask", "ASK")
-    select = query_of(entry, entry.text(AB.select, ""), "ab:select", "SELECT")
+    select = query_of(entry, entry.text(AB.select, ""), "ab:select", "SELECT", "item")
     if bool(ask) == bool(select):
         raise entry.fail("a goal needs either ab:ask or ab:select")
     message = entry.text(AB.message)

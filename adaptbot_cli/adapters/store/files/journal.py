@@ -64,6 +64,15 @@ def write_files(root: Path, changes: Mapping[str, bytes]) -> None:
         raise
 
 
+def interrupted(root: Path) -> bool:
+    """Tell whether a write has begun and not ended: it is under way or was interrupted."""
+    folder = root / FOLDER / "journal"
+    try:
+        return (folder / _COMMIT).exists() or (folder / _INTENT).exists()
+    except OSError:
+        return False  # who may not look into the tool's folder may still read the workspace
+
+
 def recover(root: Path) -> bool:
     """Bring the files to the state before or after an interrupted write; tell if there was one.
 
