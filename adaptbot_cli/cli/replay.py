@@ -29,8 +29,8 @@ def replay(
             result = session.replay(path, home)
         except ReplayError as error:
             failed += 1
-            out.print(Text("✗ ", "red") + Text(visible(str(error))))
+            out.print(Text("✗ ", "red") + Text(visible(str(error))), soft_wrap=True)
             continue
         goal = "goal met" if result.goal_met else "goal not met"
-        out.print(Text("✓ ", "green") + Text(f"{path}: {result.verdict}, {goal}"))
+        out.print(Text("✓ ", "green") + Text(f"{path}: {result.verdict}, {goal}"), soft_wrap=True)
     return DIFFERS if failed else 0
