@@ -37,8 +37,3 @@ CODES: dict[str, Code] = {
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
 its goal; W: it runs."""
-
-
-def blocks(code: str) -> bool:
-    """Tell whether a finding of this code keeps the plan from being executed."""
-    return CODES[code].blocks

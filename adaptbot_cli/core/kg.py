@@ -9,7 +9,7 @@ from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.domain import Domain, Effect, Kind
-from adaptbot_cli.core.names import normal, variants, without_s
+from adaptbot_cli.core.names import variants, without_s
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
 
@@ -253,8 +253,3 @@ def _used(query: str, bindings: Bindings) -> dict[str, Identifier]:
     names = variables(query)
     given = ((name, value) for name, value in bindings.items() if name in names)
     return {name: value for name, value in given if isinstance(value, Identifier)}
-
-
-def known_names(kg: Kg, classes: Iterable[Node]) -> dict[str, URIRef]:
-    """Return the names of every entity of some classes, each with its entity."""
-    return {normal(kg.name(entity)): entity for entity in kg.instances(classes)}

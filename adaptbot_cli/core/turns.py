@@ -5,7 +5,6 @@ it performs each turn through a port below, so that a terminal, a script, a simu
 replay are the same thing to the method.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,7 +12,6 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.questions import Answer, Question
 from adaptbot_cli.core.report import Outcome, Report
-from adaptbot_cli.core.words import Related
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +151,3 @@ class Observer(Protocol):
     def replied(self, turn: Turn, reply: object) -> None:
         """See a turn with the reply that it got."""
         ...
-
-
-Words = Mapping[str, tuple[Related, ...]]
