@@ -196,7 +196,7 @@ def build(
 
     kg = load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
-    planner, why = _planner(request, workspace, environ, kg, console)
+    planner, why = _planner(request, workspace, environ, kg)
     with ExitStack() as stack:
         human = _human(request, prompts)
         asks = prompts is not None and request.ask and request.answers is None
@@ -227,7 +227,6 @@ def _planner(
     workspace: Workspace,
     environ: Mapping[str, str],
     kg: "Kg",
-    console: "Console",
 ) -> tuple[Planner, str]:
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.adapters.planner.library import Library

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import islice
 
 from rdflib.term import Node
 
@@ -10,16 +11,13 @@ from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, words
 from adaptbot_cli.core.plan import Call, Finding, Parsed
-from adaptbot_cli.core.rehearse import Aim, Repair, all_hold, complete, holds
+from adaptbot_cli.core.rehearse import MOST_ROWS, Aim, Repair, all_hold, complete, holds
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.resolve import action
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions
 from adaptbot_cli.core.static import Sound, number, sentence, understand
 from adaptbot_cli.core.walk import Walk
-
-_MOST_ROWS = 3
-"""With how many of the things that a goal is about its repair is tried."""
 
 _OF_A_NAME = frozenset({"E101", "E201"})
 _OF_MOVING = frozenset({"E202", "E302"})
@@ -47,7 +45,8 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     Every finding of the plan is reported at once, each once. State conditions are only checked
     where everything before them about the same things could be understood.
     """
-    scene.notice([written.call for written in parsed.calls])
+    calls = [written.call for written in parsed.calls]
+    scene.notice(calls)
     walk = Walk(scene.kg)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
@@ -59,7 +58,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
                 sound = understand(call, scene)
                 if meant.change is not None:
                     sound = replace(sound, changes=(meant.change, *sound.changes))
-                later = [w.call for w in parsed.calls[place + 1 :]]
+                later = islice(calls, place + 1, None)
                 walk.take(written, sound, _pointless(sound, later, scene))
         _put_right(walk, before, scene)
         _reach_goals(walk, scene)
@@ -98,7 +97,7 @@ def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
     return first.values()
 
 
-def _pointless(sound: Sound, later: Sequence[Call], scene: Scene) -> str:
+def _pointless(sound: Sound, later: Iterable[Call], scene: Scene) -> str:
     """Why a step is not needed: what it is for holds already, or what it moves need not move."""
     if sound.bound is not None:
         return _served(sound.bound, scene)
@@ -172,7 +171,7 @@ def _reach_goals(walk: Walk, scene: Scene) -> None:
     for goal in (*scene.domain.goals, *scene.task.goals):
         if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
             continue
-        for row in scene.kg.rows(goal.about, agent)[:_MOST_ROWS]:
+        for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
             aim = Aim(lambda q=goal.query: scene.kg.ask(q, agent), mentions(goal.query), row)  # type: ignore[misc]
             mark = walk.kg.mark
             inserted = Repair(walk.kg).achieve(aim)

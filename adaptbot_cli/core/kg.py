@@ -33,6 +33,18 @@ class Delta:
         return bool(self.removed or self.added)
 
 
+def net(deltas: Iterable[Delta]) -> Delta:
+    """Fold changes made one after the other into what they come to."""
+    removed: set[Triple] = set()
+    added: set[Triple] = set()
+    for delta in deltas:
+        removed |= delta.removed - added
+        added -= delta.removed
+        added |= delta.added - removed
+        removed -= delta.added
+    return Delta(frozenset(removed), frozenset(added))
+
+
 @dataclass(slots=True)
 class Kg:
     """A home's knowledge graph under a domain.

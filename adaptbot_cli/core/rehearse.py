@@ -15,6 +15,9 @@ from adaptbot_cli.core.static import attribute_findings
 LONGEST_REPAIR = 5
 """How many missing steps are inserted for one condition at most."""
 
+MOST_ROWS = 3
+"""With how many of the things that a goal or condition is about a repair is tried at most."""
+
 MOST_TRIES = 600
 """How many actions are tried for one repair at most, so that a check always ends soon."""
 
@@ -130,8 +133,7 @@ class Repair:
             if part is None:
                 return None
             steps += part
-        undone = any(not holds(c, bound, self.kg) for c in bound.action.conditions)
-        return None if undone else steps
+        return steps if all_hold(bound, self.kg) else None
 
     def _candidates(self, aim: Aim) -> Iterator[Bound]:
         pool = self._pool(aim)

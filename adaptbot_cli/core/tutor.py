@@ -110,7 +110,6 @@ def _examine(run: Run, text: str) -> Generator[Turn, Any, Report]:
     """Parse, check, refine and repair a text, looking up the words that the KG does not know."""
     parsed = run.parse(text)
     calls = [written.call for written in parsed.calls]
-    run.scene.notice(calls)
     items, actions = words_to_look_up(calls, run.scene)
     domain = run.kg.domain
     for words, fields in ((items, domain.noun_fields), (actions, domain.verb_fields)):

@@ -11,6 +11,7 @@ from adaptbot_cli.core.kg import Delta, Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
 from adaptbot_cli.core.rehearse import (
+    MOST_ROWS,
     Aim,
     Repair,
     aim_of,
@@ -23,9 +24,6 @@ from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.static import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.terms import TRUE
-
-_MOST_ROWS = 3
-"""With how many of the things that a condition is about a suggestion is looked for."""
 
 
 @dataclass(slots=True)
@@ -102,7 +100,7 @@ class Walk:
         """The missing steps that would have made sense of a step, for the person to judge."""
         if not condition.about:
             return ()
-        for row in self.kg.rows(condition.about, bound.values)[:_MOST_ROWS]:
+        for row in self.kg.rows(condition.about, bound.values)[:MOST_ROWS]:
             aim = aim_of(condition, bound, self.kg)
             aim = replace(aim, values={**bound.values, **row})
             mark = self.kg.mark

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from adaptbot_cli.adapters.display.words import GAP, Mark, columns, heading, join, said, wrapped
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Delta, Kg, net
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.terms import AB, STATES, Triple, local
@@ -35,24 +35,6 @@ class Row:
         if self.old and self.new:
             return _CHANGED
         return _REMOVED if self.old else _ADDED
-
-
-def net(deltas: Iterable[Delta]) -> Delta:
-    """Return what changes one after the other come to: what is undone on the way is no change."""
-    removed: set[Triple] = set()
-    added: set[Triple] = set()
-    for delta in deltas:
-        for triple in delta.removed:
-            if triple in added:
-                added.remove(triple)
-            else:
-                removed.add(triple)
-        for triple in delta.added:
-            if triple in removed:
-                removed.remove(triple)
-            else:
-                added.add(triple)
-    return Delta(frozenset(removed), frozenset(added))
 
 
 def diff_table(

@@ -13,7 +13,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import DOMAIN_FILES, FACT_FILES, load_kg, read_files
 from adaptbot_cli.adapters.store.turtle import patch
 from adaptbot_cli.core.faults import faults
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Delta, Kg, net
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.terms import AB, STATES, Triple, local
 from adaptbot_cli.core.turns import Keep, Kept
@@ -141,11 +141,11 @@ class Keeper:
             raise
 
     def _edited(self, files: dict[str, bytes], deltas: list[Delta]) -> Iterator[tuple[str, bytes]]:
-        removed, added = net(deltas)
+        change = net(deltas)
         for name in ("attributes.ttl", "state.ttl", "actions.ttl"):
             old = files[name].decode("utf-8")
-            here = [t for t in removed if self._file_of(t) == name]
-            new = [t for t in added if self._file_of(t) == name]
+            here = [t for t in sorted(change.removed) if self._file_of(t) == name]
+            new = [t for t in sorted(change.added) if self._file_of(t) == name]
             text = patch(old, here, new, f"kg/{self.domain}/{name}") if here or new else old
             yield name, b"" if text == old else text.encode("utf-8")
 
@@ -154,18 +154,6 @@ class Keeper:
         if predicate in _ACTION_TERMS or (predicate == RDF.type and value == AB.Action):
             return "actions.ttl"
         return "state.ttl" if self.kg.home_of(predicate) == STATES else "attributes.ttl"
-
-
-def net(deltas: Iterable[Delta]) -> tuple[list[Triple], list[Triple]]:
-    """Fold changes made one after the other into what they come to: removed, added."""
-    removed: set[Triple] = set()
-    added: set[Triple] = set()
-    for delta in deltas:
-        removed |= delta.removed - added
-        added -= delta.removed
-        added |= delta.added - removed
-        removed -= delta.added
-    return sorted(removed), sorted(added)
 
 
 def _message(turn: Keep, origin: Origin) -> str:

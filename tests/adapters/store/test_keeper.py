@@ -1,6 +1,7 @@
 """What was learned is kept whole or not at all, beside what other runs have learned meanwhile."""
 
 import threading
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -104,19 +105,19 @@ def test_a_commit_that_fails_changes_nothing(
     assert one.keep(leek("fridge")).revision != head
 
 
-def test_ctrl_c_in_a_commit_changes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ctrl_c_in_a_commit_changes_nothing(tmp_path: Path) -> None:
     one = keeper(tmp_path)
     one.start()
     before = files(tmp_path)
 
-    def stopped(*_: object) -> str:
+    def stopped() -> datetime:
+        """The clock is read when the files are written and the commit is about to be made."""
+        assert files(tmp_path) != before
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Repo, "commit", stopped)
+    interrupted = replace(one, origin=replace(one.origin, now=stopped))
     with pytest.raises(KeyboardInterrupt):
-        one.keep(leek("fridge"))
+        interrupted.keep(leek("fridge"))
     assert files(tmp_path) == before
 
 
