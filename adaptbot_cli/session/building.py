@@ -1,6 +1,6 @@
-"""The only wiring, and the only loop that performs turns."""
+"""The only wiring: a command line, read, made into a run."""
 
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -9,25 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.turns import (
-    Ask,
-    Execute,
-    Executor,
-    Human,
-    Keep,
-    Kept,
-    LookUp,
-    Observer,
-    Planner,
-    Proposal,
-    Propose,
-    Review,
-    Store,
-    Turn,
-)
-from adaptbot_cli.core.tutor import Policy, inspect, pursue
-from adaptbot_cli.core.words import Lexicon
-from adaptbot_cli.errors import ModelError
+from adaptbot_cli.core.turns import Human, Observer, Planner, Store
+from adaptbot_cli.core.tutor import Policy, pursue
+from adaptbot_cli.session.driving import Nowhere, Ports, drive
+from adaptbot_cli.session.loading import EDITS, load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -38,64 +23,6 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Task
-
-
-@dataclass(frozen=True, slots=True)
-class Ports:
-    """What the method's turns are performed with."""
-
-    planner: Planner
-    human: Human
-    executor: Executor
-    lexicon: Lexicon
-    store: Store
-    observers: Sequence[Observer] = ()
-
-
-def drive(turns: Generator[Turn, Any, Result], ports: Ports) -> Result:
-    """Perform every turn through the ports, show each to the observers, return the result."""
-    reply: object = None
-    while True:
-        try:
-            turn = turns.send(reply)
-        except StopIteration as stop:
-            result: Result = stop.value
-            return result
-        for observer in ports.observers:
-            observer.asked(turn)
-        reply = perform(turn, ports)
-        for observer in ports.observers:
-            observer.replied(turn, reply)
-
-
-def perform(turn: Turn, ports: Ports) -> object:
-    """Perform one turn through its port."""
-    match turn:
-        case Propose():
-            return _proposal(turn, ports.planner)
-        case LookUp():
-            return {word: ports.lexicon.related(word, turn.fields) for word in turn.words}
-        case Ask():
-            return ports.human.ask(turn.question)
-        case Execute():
-            return ports.executor.execute(turn.report)
-        case Review():
-            return ports.human.review(turn.lessons)
-        case Keep():
-            return ports.store.keep(turn)
-        case _:
-            return None
-
-
-def _proposal(turn: Propose, planner: Planner) -> Proposal:
-    """Ask the planner; one that fails at a re-prompt ends the re-prompting, not the run, so that
-    what the person has answered by then is kept."""
-    try:
-        return planner.propose(turn)
-    except ModelError as error:
-        if turn.attempt == 0:
-            raise
-        return Proposal(turn.previous, calls=0, failure=str(error))
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,8 +62,10 @@ class Session:
 
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
+        from adaptbot_cli.core.parsing import parse
+
         request = self.request
-        turns = pursue(self.task, self.kg, _parser(), request.policy, self.replans)
+        turns = pursue(self.task, self.kg, parse, request.policy, self.replans)
         result = drive(turns, self.ports)
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
@@ -145,34 +74,6 @@ class Session:
         if self.recorder is not None:
             self.recorder.finished(result)
         return result
-
-
-class _Nowhere:
-    """The store of a dry run: keeps nothing."""
-
-    def keep(self, turn: Keep) -> Kept:
-        return Kept(None)
-
-
-def load(
-    workspace: Workspace, domain: str, facts: Sequence[Path] = (), at: str | None = None
-) -> "Kg":
-    """Load a domain's graph: the workspace's or the bundled one.
-
-    `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace.
-    What a killed run left half written is finished or undone first.
-
-    Raises:
-        UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
-    """
-    from adaptbot_cli.adapters.store.files import settle
-    from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-
-    settle(workspace.root)
-    folder = workspace.folder(domain)
-    if at is not None:
-        return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
-    return load_kg(workspace.files(domain), str(folder), read_graphs(facts))
 
 
 @contextmanager
@@ -206,7 +107,7 @@ def build(
         replans = 0 if isinstance(planner, Library) else request.replans
         session = Session(request, kg, task, nobody, planner.name, screen, replans)
         transcript = _transcript(request, workspace)
-        store: Store = _Nowhere()
+        store: Store = Nowhere()
         if not request.dry_run:
             store = session.keeper = _keeper(request, workspace, kg, planner.name, transcript)
             session.revisions[0] = session.keeper.start()
@@ -266,12 +167,6 @@ def _now() -> datetime:
     return datetime.now(UTC)
 
 
-def _parser() -> Callable[[str], Any]:
-    from adaptbot_cli.core.parsing import parse
-
-    return parse
-
-
 def _transcript(request: Request, workspace: Workspace) -> Path | None:
     """Where the run's transcript goes: where it is asked for, else into the workspace."""
     if request.record is not None or request.dry_run:
@@ -309,7 +204,7 @@ def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
             "version": __version__,
             "task": request.task,
             "domain": request.domain,
-            "graph": (session.revisions[0] or "bundled") + (_EDITS if session.edited else ""),
+            "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
             "policy": request.policy,
             "replans": session.replans,
             "requires": list(request.requires),
@@ -317,43 +212,6 @@ def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
         }
     )
     return recorder
-
-
-def check(text: str, task: "Task", kg: "Kg") -> Result:
-    """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
-    from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.adapters.terminal import AbsentHuman
-    from adaptbot_cli.core.execute import Rehearsal
-
-    nobody: Any = None
-    ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), _Nowhere())
-    return drive(inspect(task, kg, _parser(), text), ports)
-
-
-def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ()) -> Result:
-    """Replay a transcript: no key, no network, no change of the workspace.
-
-    Raises:
-        ReplayError: the run differs from the transcript; the message says at which turn and how.
-    """
-    from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.adapters.transcript import Player, read
-    from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.tasks import task_for
-
-    header, turns = read(path)
-    kg = _kg_of(header, path, workspace)
-    task = task_for(str(header.get("task", "")), kg, header.get("requires") or ())
-    player = Player(path, kg, turns)
-    ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
-    policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
-    result = drive(pursue(task, kg, _parser(), policy, replans), ports)
-    player.end(result)
-    return result
-
-
-_EDITS = " with edits"
-"""Marks in a transcript that the graph was no revision: such a run cannot be played again."""
 
 
 def _head(workspace: Workspace) -> str | None:
@@ -368,29 +226,3 @@ def _tell_edits(console: "Console", edited: Sequence[str]) -> None:
 
         told = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
         console.print(Text(told, "yellow"))
-
-
-def _kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
-    """The graph that a transcript was made on: the bundled one, or a revision of the workspace."""
-    from adaptbot_cli.adapters.store.reading import load_kg, read_files
-    from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.resources import bundled
-
-    domain, graph = str(header.get("domain", "")), str(header.get("graph", "bundled"))
-    if graph.endswith(_EDITS):
-        raise UsageError(f"{path} was made on hand-edited files that were not committed: no replay")
-    if graph == "bundled":
-        folder = bundled("kg") / domain
-        if not domain or not (folder / "domain.ttl").is_file():
-            raise UsageError(f'{path}: there is no bundled domain "{domain}"')
-        return load_kg(read_files(folder), f"kg/{domain}")
-    return load_kg(_files_at(workspace, domain, graph), f"kg/{domain} at {graph[:10]}")
-
-
-def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
-    from adaptbot_cli.adapters.store.history import files_at
-    from adaptbot_cli.errors import KnowledgeError
-
-    if not workspace.exists:
-        raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")
-    return files_at(workspace.root, domain, revision)

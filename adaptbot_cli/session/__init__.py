@@ -1,0 +1,8 @@
+"""The only wiring (`building`), and the only loop that performs turns (`driving`)."""
+
+from adaptbot_cli.session.building import Request, Session, build
+from adaptbot_cli.session.driving import Ports, drive, perform
+from adaptbot_cli.session.loading import load
+from adaptbot_cli.session.playing import check, replay
+
+__all__ = ["Ports", "Request", "Session", "build", "check", "drive", "load", "perform", "replay"]

@@ -1,0 +1,91 @@
+"""The only loop that performs turns."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.turns import (
+    Ask,
+    Execute,
+    Executor,
+    Human,
+    Keep,
+    Kept,
+    LookUp,
+    Observer,
+    Planner,
+    Proposal,
+    Propose,
+    Review,
+    Store,
+    Turn,
+)
+from adaptbot_cli.core.words import Lexicon
+from adaptbot_cli.errors import ModelError
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """What the method's turns are performed with."""
+
+    planner: Planner
+    human: Human
+    executor: Executor
+    lexicon: Lexicon
+    store: Store
+    observers: Sequence[Observer] = ()
+
+
+def drive(turns: Generator[Turn, Any, Result], ports: Ports) -> Result:
+    """Perform every turn through the ports, show each to the observers, return the result."""
+    reply: object = None
+    while True:
+        try:
+            turn = turns.send(reply)
+        except StopIteration as stop:
+            result: Result = stop.value
+            return result
+        for observer in ports.observers:
+            observer.asked(turn)
+        reply = perform(turn, ports)
+        for observer in ports.observers:
+            observer.replied(turn, reply)
+
+
+def perform(turn: Turn, ports: Ports) -> object:
+    """Perform one turn through its port."""
+    match turn:
+        case Propose():
+            return _proposal(turn, ports.planner)
+        case LookUp():
+            return {word: ports.lexicon.related(word, turn.fields) for word in turn.words}
+        case Ask():
+            return ports.human.ask(turn.question)
+        case Execute():
+            return ports.executor.execute(turn.report)
+        case Review():
+            return ports.human.review(turn.lessons)
+        case Keep():
+            return ports.store.keep(turn)
+        case _:
+            return None
+
+
+def _proposal(turn: Propose, planner: Planner) -> Proposal:
+    """Ask the planner; one that fails at a re-prompt ends the re-prompting, not the run, so that
+    what the person has answered by then is kept."""
+    try:
+        return planner.propose(turn)
+    except ModelError as error:
+        if turn.attempt == 0:
+            raise
+        return Proposal(turn.previous, calls=0, failure=str(error))
+
+
+class Nowhere:
+    """The store of a dry run: keeps nothing."""
+
+    def keep(self, turn: Keep) -> Kept:
+        """Keep nothing."""
+        return Kept(None)

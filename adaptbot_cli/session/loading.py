@@ -1,0 +1,60 @@
+"""Where a graph comes from: the bundle, the workspace, a revision of it, files."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.kg import Kg
+
+EDITS = " with edits"
+"""Marks in a transcript that the graph was no revision: such a run cannot be played again."""
+
+
+def load(
+    workspace: Workspace, domain: str, facts: Sequence[Path] = (), at: str | None = None
+) -> "Kg":
+    """Load a domain's graph: the workspace's or the bundled one.
+
+    `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace.
+    What a killed run left half written is finished or undone first.
+
+    Raises:
+        UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
+    """
+    from adaptbot_cli.adapters.store.files import settle
+    from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
+
+    settle(workspace.root)
+    folder = workspace.folder(domain)
+    if at is not None:
+        return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
+    return load_kg(workspace.files(domain), str(folder), read_graphs(facts))
+
+
+def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
+    """The graph that a transcript was made on: the bundled one, or a revision of the workspace."""
+    from adaptbot_cli.adapters.store.reading import load_kg, read_files
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.resources import bundled
+
+    domain, graph = str(header.get("domain", "")), str(header.get("graph", "bundled"))
+    if graph.endswith(EDITS):
+        raise UsageError(f"{path} was made on hand-edited files that were not committed: no replay")
+    if graph == "bundled":
+        folder = bundled("kg") / domain
+        if not domain or not (folder / "domain.ttl").is_file():
+            raise UsageError(f'{path}: there is no bundled domain "{domain}"')
+        return load_kg(read_files(folder), f"kg/{domain}")
+    return load_kg(_files_at(workspace, domain, graph), f"kg/{domain} at {graph[:10]}")
+
+
+def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
+    from adaptbot_cli.adapters.store.history import files_at
+    from adaptbot_cli.errors import KnowledgeError
+
+    if not workspace.exists:
+        raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")
+    return files_at(workspace.root, domain, revision)

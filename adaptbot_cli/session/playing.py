@@ -1,0 +1,51 @@
+"""Runs that nobody takes part in: the check of a plan, and a transcript played again."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.turns import Observer
+from adaptbot_cli.core.tutor import inspect, pursue
+from adaptbot_cli.session.driving import Nowhere, Ports, drive
+from adaptbot_cli.session.loading import kg_of
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.plan import Task
+
+
+def check(text: str, task: "Task", kg: "Kg") -> Result:
+    """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.terminal import AbsentHuman
+    from adaptbot_cli.core.execute import Rehearsal
+    from adaptbot_cli.core.parsing import parse
+
+    nobody: Any = None
+    ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
+    return drive(inspect(task, kg, parse, text), ports)
+
+
+def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ()) -> Result:
+    """Replay a transcript: no key, no network, no change of the workspace.
+
+    Raises:
+        ReplayError: the run differs from the transcript; the message says at which turn and how.
+    """
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.transcript import Player, read
+    from adaptbot_cli.core.execute import Rehearsal
+    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.tasks import task_for
+
+    header, turns = read(path)
+    kg = kg_of(header, path, workspace)
+    task = task_for(str(header.get("task", "")), kg, header.get("requires") or ())
+    player = Player(path, kg, turns)
+    ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
+    policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
+    result = drive(pursue(task, kg, parse, policy, replans), ports)
+    player.end(result)
+    return result
