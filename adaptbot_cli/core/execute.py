@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from rdflib import URIRef
 
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Step, Task
 from adaptbot_cli.core.rehearse import holds, perform
 from adaptbot_cli.core.report import Bound, Outcome, Report

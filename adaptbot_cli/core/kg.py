@@ -3,11 +3,13 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
+from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import Domain, Effect, Kind
 from adaptbot_cli.core.names import variants, without_s
 from adaptbot_cli.core.sparql import variables
@@ -20,29 +22,9 @@ _SIZE = f"""
     }}"""
 
 Bindings = Mapping[str, Node]
-
-
-@dataclass(frozen=True, slots=True)
-class Delta:
-    """What an effect or an answer changes: triples taken away, triples added."""
-
-    removed: frozenset[Triple] = frozenset()
-    added: frozenset[Triple] = frozenset()
-
-    def __bool__(self) -> bool:
-        return bool(self.removed or self.added)
-
-
-def net(deltas: Iterable[Delta]) -> Delta:
-    """Fold changes made one after the other into what they come to."""
-    removed: set[Triple] = set()
-    added: set[Triple] = set()
-    for delta in deltas:
-        removed |= delta.removed - added
-        added -= delta.removed
-        added |= delta.added - removed
-        removed -= delta.added
-    return Delta(frozenset(removed), frozenset(added))
+Asked = tuple[int, str, tuple[tuple[str, Identifier], ...]]
+"""A query of the graph in one of its states, with what its variables are bound to. Bindings that a
+query has no variable for are left out: they are an error to the engine."""
 
 
 @dataclass(slots=True)
@@ -55,14 +37,27 @@ class Kg:
     """
 
     domain: Domain
-    facts: Dataset
+    store: Dataset
     named_by: tuple[URIRef, ...] = ()
     _graphs: dict[URIRef, Graph] = field(default_factory=dict)
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     _proper: dict[Node, str] = field(default_factory=dict)
     _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     _spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
-    _log: list[Delta] | None = None
+    _line: Line = field(init=False)
+    _depth: int = 0
+    _size: tuple[int, int] | None = None
+    _answers: dict[Asked, Any] = field(default_factory=dict)
+    _changes: dict[Asked, Delta] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._line = Line(self._write)
+
+    @property
+    def facts(self) -> Dataset:
+        """All facts, as they are now: those of G_k, of G_s and the classes."""
+        self._line.settle()
+        return self.store
 
     @classmethod
     def load(cls, domain: Domain, attributes: Iterable[Triple], states: Iterable[Triple]) -> "Kg":
@@ -73,8 +68,8 @@ class Kg:
         kg = cls(domain, facts, domain.name_properties())
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
-                kg.graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
-        graphs = {name: kg.graph(name) for name in (ATTRIBUTES, STATES)}
+                kg._graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
+        graphs = {name: kg._graph(name) for name in (ATTRIBUTES, STATES)}
         for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
             homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
             facts.addN((*t, graphs[home]) for t, home in homes)
@@ -82,8 +77,12 @@ class Kg:
 
     def graph(self, name: URIRef) -> Graph:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
+        self._line.settle()
+        return self._graph(name)
+
+    def _graph(self, name: URIRef) -> Graph:
         if name not in self._graphs:
-            self._graphs[name] = self.facts.get_context(name)
+            self._graphs[name] = self.store.get_context(name)
         return self._graphs[name]
 
     def home_of(self, predicate: Node) -> URIRef:
@@ -93,16 +92,34 @@ class Kg:
 
     def ask(self, query: str, bindings: Bindings) -> bool:
         """Answer a SPARQL ASK with variables bound."""
-        return bool(self.facts.query(query, initBindings=_used(query, bindings)).askAnswer)
+        answer: bool = self._answer(query, bindings)
+        return answer
 
     def rows(self, query: str, bindings: Bindings) -> list[dict[str, Node]]:
         """Return the solutions of a SPARQL SELECT with variables bound."""
-        result = self.facts.query(query, initBindings=_used(query, bindings))
-        return [{str(k): v for k, v in row.items()} for row in result.bindings]
+        rows: list[dict[str, Node]] = self._answer(query, bindings)
+        return rows
+
+    def _answer(self, query: str, bindings: Bindings) -> Any:
+        """Answer a query; what was asked in this very state before is not asked again."""
+        key = self._asked(query, bindings)
+        if key not in self._answers:
+            result = self.facts.query(query, initBindings=dict(key[2]))
+            if result.type == "ASK":
+                self._answers[key] = bool(result.askAnswer)
+            else:
+                rows = [{str(k): v for k, v in row.items()} for row in result.bindings]
+                self._answers[key] = rows
+        return self._answers[key]
 
     def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
         """Return the value of `name` in the first solution of a SELECT, if there is one."""
         return next((row[name] for row in self.rows(query, bindings) if name in row), None)
+
+    def _asked(self, query: str, bindings: Bindings) -> Asked:
+        names = variables(query)
+        given = ((n, v) for n, v in bindings.items() if n in names and isinstance(v, Identifier))
+        return self._line.state, query, tuple(given)
 
     def value(self, subject: Node, predicate: Node) -> Node | None:
         """Return the one value of a functional property, the smallest if there are several."""
@@ -178,6 +195,12 @@ class Kg:
         """Return what an effect would change now, without changing it."""
         if effect is None:
             return Delta()
+        key = self._asked(effect.select, bindings)
+        if key not in self._changes:
+            self._changes[key] = self._change(effect, bindings)
+        return self._changes[key]
+
+    def _change(self, effect: Effect, bindings: Bindings) -> Delta:
         rows = [{**bindings, **row} for row in self.rows(effect.select, bindings)]
         removed = set(_filled(effect.deletes, rows))
         added = set(_filled(effect.inserts, rows))
@@ -192,39 +215,38 @@ class Kg:
 
     def apply(self, delta: Delta) -> None:
         """Change the graph; inside a `rehearsal` the change is taken back at its end."""
-        if self._log is not None:
-            self._log.append(delta)
-        self._write(delta.removed, delta.added)
+        self._line.take(delta)
+        if not self._depth:
+            self._line.keep()
 
     def undo_to(self, mark: int) -> None:
         """Take back every change of this rehearsal after the first `mark`."""
-        while self._log is not None and len(self._log) > mark:
-            delta = self._log.pop()
-            self._write(delta.added, delta.removed)
+        self._line.back_to(mark)
 
     @property
     def mark(self) -> int:
         """The number of changes made in this rehearsal, to come back to."""
-        return len(self._log or ())
+        return len(self._line.changes)
 
     def changes(self, start: int, end: int | None = None) -> list[Delta]:
         """Return the changes of this rehearsal from one mark to another."""
-        return (self._log or [])[start:end]
+        return self._line.changes[start:end]
 
     def last_change(self) -> frozenset[Triple]:
         """Return the triples that the last change of this rehearsal took away or added."""
-        delta = self._log[-1] if self._log else Delta()
+        [delta] = self._line.changes[-1:] or [Delta()]
         return delta.removed | delta.added
 
     @contextmanager
     def rehearsal(self) -> Iterator[None]:
         """Let effects be tried: everything applied inside is taken back at the end."""
-        outer, self._log = self._log, []
+        start = self.mark
+        self._depth += 1
         try:
             yield
         finally:
-            self.undo_to(0)
-            self._log = outer
+            self.undo_to(start)
+            self._depth -= 1
 
     def learn(self, delta: Delta) -> None:
         """Change the graph for good and forget what was worked out from the old one."""
@@ -232,17 +254,26 @@ class Kg:
         self._names.clear()
         self._proper.clear()
         self._classes.clear()
+        self._size = None
+        self.forget()
 
-    def _write(self, removed: Iterable[Triple], added: Iterable[Triple]) -> None:
-        for triple in removed:
-            self.graph(self.home_of(triple[1])).remove(triple)
-        for triple in added:
-            self.graph(self.home_of(triple[1])).add(triple)
+    def forget(self) -> None:
+        """Forget the answers to queries."""
+        self._answers.clear()
+        self._changes.clear()
+
+    def _write(self, delta: Delta) -> None:
+        for triple in delta.removed:
+            self._graph(self.home_of(triple[1])).remove(triple)
+        for triple in delta.added:
+            self._graph(self.home_of(triple[1])).add(triple)
 
     def size(self) -> tuple[int, int]:
         """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""
-        [row] = self.rows(_SIZE, {})
-        return int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
+        if self._size is None:
+            [row] = self.rows(_SIZE, {})
+            self._size = int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
+        return self._size
 
 
 def _iri(kind: Kind) -> str:
@@ -258,10 +289,3 @@ def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Tr
             )
             if subject is not None and predicate is not None and value is not None:
                 yield subject, predicate, value
-
-
-def _used(query: str, bindings: Bindings) -> dict[str, Identifier]:
-    """The bindings that a query has variables for: others are an error to the engine."""
-    names = variables(query)
-    given = ((name, value) for name, value in bindings.items() if name in names)
-    return {name: value for name, value in given if isinstance(value, Identifier)}

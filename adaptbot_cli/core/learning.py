@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from rdflib import RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import NO, UNKNOWN, YES, Answer, Choice, Question, yes_no
 from adaptbot_cli.core.terms import AB, Triple, local

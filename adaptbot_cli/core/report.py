@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.findings import CODES
-from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Step, Task
 from adaptbot_cli.core.questions import Answer, Question

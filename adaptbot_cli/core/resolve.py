@@ -229,31 +229,42 @@ def action(name: str, scene: Scene) -> NamedAction:
     return NamedAction(finding=_unknown_action(name, scene))
 
 
+def _plain(name: str, scene: Scene) -> tuple[str, ...]:
+    """A name as it is, and without an ending that this robot's actions have: add_obj is add."""
+    said = normal(name)
+    head, _, ending = said.rpartition("_")
+    endings = {known.rpartition("_")[2] for known in scene.domain.actions if "_" in known}
+    return (said, head) if head and ending in endings else (said,)
+
+
 def _action_alias(name: str, scene: Scene) -> NamedAction | None:
-    taught: set[Node] = set(scene.kg.facts.subjects(AB.alias, Literal(normal(name))))
-    for known in scene.domain.actions.values():
-        if normal(name) in known.aliases or known.iri in taught:
-            why = f"{name} is another name for {known.name}"
-            return NamedAction(known, Change(name, known.name, "alias", why))
+    for said in _plain(name, scene):
+        taught: set[Node] = set(scene.kg.facts.subjects(AB.alias, Literal(said)))
+        for known in scene.domain.actions.values():
+            if said in known.aliases or known.iri in taught:
+                why = f"{name} is another name for {known.name}"
+                return NamedAction(known, Change(name, known.name, "alias", why))
     return None
 
 
 def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
-    for known in scene.domain.actions.values():
-        for called in known.called_as:
-            if normal(name) in called.names:
-                why = f"{name} is {known.name} with {called.parameter} set"
-                return NamedAction(known, Change(name, known.name, "alias", why), called)
+    for said in _plain(name, scene):
+        for known in scene.domain.actions.values():
+            for called in known.called_as:
+                if said in called.names:
+                    why = f"{name} is {known.name} with {called.parameter} set"
+                    return NamedAction(known, Change(name, known.name, "alias", why), called)
     return None
 
 
 def _action_by_verb(name: str, scene: Scene) -> NamedAction | None:
     """An action named by its verb alone: stir is stir_contents, if nothing else stirs."""
-    found = [known for known in scene.domain.actions.values() if known.verb == normal(name)]
-    if len(found) != 1:
-        return None
-    why = f"{found[0].name} is the only action that does so"
-    return NamedAction(found[0], Change(name, found[0].name, "verb", why))
+    for said in _plain(name, scene):
+        found = [known for known in scene.domain.actions.values() if known.verb == said]
+        if len(found) == 1:
+            why = f"{found[0].name} is the only action that does so"
+            return NamedAction(found[0], Change(name, found[0].name, "verb", why))
+    return None
 
 
 def _action_by_words(name: str, scene: Scene) -> NamedAction | None:

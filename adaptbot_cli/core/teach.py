@@ -6,8 +6,8 @@ from dataclasses import replace
 from rdflib import RDF, URIRef
 
 from adaptbot_cli.core import learning, resolve
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Kind, Property
-from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Finding

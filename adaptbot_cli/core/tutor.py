@@ -5,6 +5,7 @@ T = propose → parse, check, refine, repair → re-prompt → ask the human →
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any, Literal
 
 from adaptbot_cli.core import teach
@@ -57,9 +58,9 @@ def pursue(task: Task, kg: Kg, parse: Parse, policy: Policy = "tutor", replans: 
     about required items that are unknown first, and guards them against being lost.
     """
     before = kg.size()
-    run = Run(kg, task, parse, Scene(kg, task), policy)
+    run = Run(kg, task, cache(parse), Scene(kg, task), policy)
     text = yield from _propose(run, Propose(task))
-    run.task = run.scene.task = with_told(task, parse(text), kg)
+    run.task = run.scene.task = with_told(task, run.parse(text), kg)
     report = yield from _examine(run, text)
     if policy == "tutor":
         report = yield from _ask(run, report, required_only=True)
@@ -227,6 +228,7 @@ def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:
 
     Nothing is dropped: what is not there is reported, whether the goal needs it or not.
     """
+    parse = cache(parse)
     task = with_told(task, parse(text), kg)
     scene = Scene(kg, task, drop=False)
     run = Run(kg, task, parse, scene)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Condition, Parameter
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
 from adaptbot_cli.core.rehearse import (

@@ -11,8 +11,9 @@ from rich.console import Console, RenderableType
 
 from adaptbot_cli.adapters.display import Screen, diff_table, plan_table
 from adaptbot_cli.core import learning
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Parameter
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Call, Change, Finding, Step, Task
 from adaptbot_cli.core.questions import EXISTS, Answer, Question

@@ -12,7 +12,7 @@ import pytest
 from rdflib import Literal, URIRef
 
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.questions import (
     ABSENT,

@@ -84,6 +84,7 @@ class Bench:
         before = self.kg(domain, f"{domain}.initial.d65fe35.ttl")
         after = self.kg(domain, f"{domain}.after-human.{model}.d65fe35.ttl")
         first = self.check(text, task, before)
+        after.forget()  # nothing that an earlier row asked for is known
         started = time.perf_counter()
         second = self.check(text, task, after)
         seconds = time.perf_counter() - started

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 from rdflib import Literal, URIRef
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.execute import Rehearsal
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene

@@ -3,7 +3,8 @@
 import pytest
 from rdflib import Graph, Literal, URIRef, Variable
 
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.sparql import (
     bindable,
     mentions,

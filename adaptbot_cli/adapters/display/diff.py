@@ -9,7 +9,8 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from adaptbot_cli.adapters.display.words import GAP, Mark, columns, heading, join, said, wrapped
-from adaptbot_cli.core.kg import Delta, Kg, net
+from adaptbot_cli.core.delta import Delta, net
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.terms import AB, STATES, Triple, local

@@ -12,8 +12,9 @@ from adaptbot_cli.adapters.store.files import lock, recover, write_files
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import DOMAIN_FILES, FACT_FILES, load_kg, read_files
 from adaptbot_cli.adapters.store.turtle import patch
+from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.faults import faults
-from adaptbot_cli.core.kg import Delta, Kg, net
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.terms import AB, STATES, Triple, local
 from adaptbot_cli.core.turns import Keep, Kept

@@ -8,7 +8,8 @@ from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Propose

@@ -14,7 +14,7 @@ from adaptbot_cli.adapters.store import keeper as keeping
 from adaptbot_cli.adapters.store.files import lock, settle
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper, Origin
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question

@@ -1,0 +1,96 @@
+"""Changes of a graph as values, and a rehearsal as the line of changes that led to where it is."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from itertools import count
+
+from adaptbot_cli.core.terms import Triple
+
+
+@dataclass(frozen=True, slots=True)
+class Delta:
+    """What an effect or an answer changes: triples taken away, triples added."""
+
+    removed: frozenset[Triple] = frozenset()
+    added: frozenset[Triple] = frozenset()
+
+    def __bool__(self) -> bool:
+        return bool(self.removed or self.added)
+
+    @property
+    def inverse(self) -> "Delta":
+        """What takes this change back."""
+        return Delta(self.added, self.removed)
+
+
+def net(deltas: Iterable[Delta]) -> Delta:
+    """Fold changes made one after the other into what they come to."""
+    removed: set[Triple] = set()
+    added: set[Triple] = set()
+    for delta in deltas:
+        removed |= delta.removed - added
+        added -= delta.removed
+        added |= delta.added - removed
+        removed -= delta.added
+    return Delta(frozenset(removed), frozenset(added))
+
+
+@dataclass(slots=True)
+class Line:
+    """A line of changes, and how much of it is written.
+
+    The same changes made from the same state lead to the same state, which bears the same number:
+    so that what was found out about a state holds whenever it is come to again. Writing waits until
+    something reads.
+    """
+
+    write: Callable[[Delta], None]
+    state: int = 0
+    changes: list[Delta] = field(default_factory=list)
+    _past: list[int] = field(default_factory=list)
+    _next: dict[tuple[int, Delta], int] = field(default_factory=dict)
+    _numbers: "count[int]" = field(default_factory=lambda: count(1))
+    _written: list[tuple[int, Delta]] = field(default_factory=list)
+    _same: int = 0
+
+    def take(self, delta: Delta) -> None:
+        """Go on by one change."""
+        step = (self.state, delta)
+        if step not in self._next:
+            self._next[step] = next(self._numbers)
+        self.changes.append(delta)
+        self._past.append(self.state)
+        self.state = self._next[step]
+
+    def back_to(self, mark: int) -> None:
+        """Go back to where the line was `mark` changes long."""
+        if mark < len(self.changes):
+            self.state = self._past[mark]
+            del self.changes[mark:], self._past[mark:]
+            self._same = min(self._same, mark)
+
+    def settle(self) -> None:
+        """Write what is not written yet, and take back what is written but not of this line."""
+        if self._same == len(self._written) == len(self.changes):
+            return
+        states = [*self._past[1:], self.state] if self.changes else []
+        written = self._written
+        while self._same < min(len(written), len(states)):
+            if written[self._same][0] != states[self._same]:
+                break
+            self._same += 1
+        while len(written) > self._same:
+            self.write(written.pop()[1].inverse)
+        for state, delta in zip(states[self._same :], self.changes[self._same :], strict=True):
+            self.write(delta)
+            written.append((state, delta))
+        self._same = len(written)
+
+    def keep(self) -> None:
+        """Make what has been changed the state to start from; it can no longer be gone back on."""
+        self.settle()
+        self.changes.clear()
+        self._past.clear()
+        self._next.clear()
+        self._written.clear()
+        self._same = 0
