@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
@@ -11,7 +12,7 @@ from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import Domain, Effect, Kind
-from adaptbot_cli.core.names import variants, without_s
+from adaptbot_cli.core.names import Spellings, variants, without_s
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
 
@@ -45,6 +46,7 @@ class Kg:
     _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     _spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
     _line: Line = field(init=False)
+    _alike: Spellings[Node] | None = None
     _depth: int = 0
     _size: tuple[int, int] | None = None
     _answers: dict[Asked, Any] = field(default_factory=dict)
@@ -154,6 +156,18 @@ class Kg:
                 self._spellings[key] = (*self._spellings.get(key, ()), entity)
         return self._spellings.get(without_s(name), ())
 
+    def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
+        """Return the names of at most `most` things of some classes that are worth comparing with
+        a name: those that share the most pairs of letters with it."""
+        if self._alike is None:
+            self._alike = Spellings()
+            for predicate in self.named_by:
+                for entity, text in self.facts.subject_objects(predicate):
+                    self._alike.add(str(text), entity)
+        wanted = frozenset(classes)
+        found = (self.name(e) for e in self._alike.alike(name) if self.is_a(e, wanted))
+        return list(islice(found, most))
+
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""
         return tuple(sorted(str(name) for name in self.facts.objects(entity, AB.alias)))
@@ -255,6 +269,7 @@ class Kg:
         self._proper.clear()
         self._classes.clear()
         self._size = None
+        self._alike = None
         self.forget()
 
     def forget(self) -> None:

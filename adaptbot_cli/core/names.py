@@ -1,9 +1,14 @@
 """Names as people and models write them: normal forms, base forms, nearness."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from functools import lru_cache
+from typing import Generic, TypeVar
+
+T = TypeVar("T", bound=Hashable)
 
 
 @lru_cache(maxsize=4096)
@@ -55,6 +60,28 @@ def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6)
     scored = ((_likeness(wanted, normal(other)), other) for other in known)
     good = sorted((-score, other) for score, other in scored if score >= floor)
     return [other for _, other in good[:limit]]
+
+
+@dataclass(slots=True)
+class Spellings(Generic[T]):
+    """Things by the pairs of letters in their names, to find those worth comparing with a name."""
+
+    _by_pair: dict[str, list[T]] = field(default_factory=dict)
+
+    def add(self, name: str, thing: T) -> None:
+        """Enter a thing under its name."""
+        for pair in _pairs(name):
+            self._by_pair.setdefault(pair, []).append(thing)
+
+    def alike(self, name: str) -> list[T]:
+        """Return the things that share a pair of letters with a name, those with most first."""
+        shared = Counter(thing for pair in _pairs(name) for thing in self._by_pair.get(pair, ()))
+        return sorted(shared, key=lambda thing: (-shared[thing], str(thing)))
+
+
+def _pairs(name: str) -> set[str]:
+    text = f"_{normal(name)}_"
+    return {text[n : n + 2] for n in range(len(text) - 1)}
 
 
 def _likeness(one: str, other: str) -> float:

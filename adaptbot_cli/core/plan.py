@@ -55,6 +55,7 @@ class Finding:
 
     `code` is a key of `findings.CODES`; `step` the number of the step (counted from 1), if it is
     about one; `subject` the name that it is about; `candidates` the nearest names that would do.
+    `remedy` is a step that would mend it and where, in words; it makes no other finding.
     """
 
     code: str
@@ -64,6 +65,7 @@ class Finding:
     candidates: tuple[str, ...] = ()
     line: int | None = None
     column: int | None = None
+    remedy: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +103,15 @@ class Goal:
 
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
     `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
-    of the things with which missing steps may bring it about, likeliest first.
+    of the things with which missing steps may bring it about, likeliest first; `before` are the
+    actions before which it should be brought about, by IRI.
     """
 
     query: str
     message: str
     classes: tuple[str, ...] = ()
     about: str = ""
+    before: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

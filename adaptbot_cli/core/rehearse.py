@@ -12,7 +12,7 @@ from adaptbot_cli.core.kg import Bindings, Kg
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.static import attribute_findings
 
-LONGEST_REPAIR = 5
+LONGEST_REPAIR = 6
 """How many missing steps are inserted for one condition at most."""
 
 MOST_ROWS = 3

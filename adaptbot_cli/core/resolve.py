@@ -203,8 +203,7 @@ def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]
         for word in scene.known.get(normal(name), ())
         for entity in sorted(_items_called(word.word, classes, scene))
     ]
-    names = (scene.kg.name(entity) for entity in scene.kg.instances(classes))
-    return list(dict.fromkeys([*related, *nearest(name, names)]))[:5]
+    return list(dict.fromkeys([*related, *nearest(name, scene.kg.alike(name, classes))]))[:5]
 
 
 @dataclass(frozen=True, slots=True)

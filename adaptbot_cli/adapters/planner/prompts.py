@@ -86,4 +86,5 @@ def _told(finding: Finding) -> str:
     where = f"line {finding.line}: " if finding.line else ""
     near = [name for name in finding.candidates if name not in finding.message]
     known = f" (known: {', '.join(near)})" if near and finding.code in _NAMES_NEAR else ""
-    return f"{where}{finding.message}{known}"
+    remedy = f"; {finding.remedy} would mend that" if finding.remedy else ""
+    return f"{where}{finding.message}{known}{remedy}"

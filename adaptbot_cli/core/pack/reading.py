@@ -142,7 +142,8 @@ def _goal(entry: Entry) -> Goal:
     message = entry.text(AB.message)
     check_message(entry, message, ("item",) if classes or select else ())
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
-    return Goal(ask or select, message, classes, about)
+    before = frozenset(str(iri) for iri in entry.iris(AB.before))
+    return Goal(ask or select, message, classes, about, before)
 
 
 def _tasks(graph: Graph) -> list[tuple[str, Task]]:
