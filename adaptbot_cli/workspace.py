@@ -1,5 +1,6 @@
 """The folder in which a home's knowledge lives, and how it is found (docs/workspace.md)."""
 
+import difflib
 import os
 import tomllib
 from collections.abc import Callable
@@ -15,13 +16,31 @@ CONFIG = "adaptbot.toml"
 _FIRST_CONFIG = """\
 # The settings of this workspace. Every one can be given on the command line as well.
 
-# model = "ollama/llama3.2"     # any litellm model name; without one the plan library is used
+# model = "ollama_chat/llama3.2"  # any litellm model name; without one the plan library is used
+# api_base = "http://127.0.0.1:8000/v1"   # of a server of your own
+# timeout = 300                 # seconds of waiting for the model in one run
+# max_tokens = 20000            # of prompts and answers in one run
+# max_cost = 0.10               # US dollars in one run
+# temperature = 0
+# seed = 0
 # domain = "kitchen"
 # policy = "tutor"              # or "paper"
 # replans = 3
 """
+
+
+def _number(value: Any) -> bool:
+    return type(value) in (int, float) and 0 <= value < float("inf")
+
+
 _SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "model": ("a text", lambda value: isinstance(value, str)),
+    "api_base": ("an address", lambda value: isinstance(value, str)),
+    "timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
+    "max_tokens": ("a number of tokens", lambda value: type(value) is int and value > 0),
+    "max_cost": ("an amount in US dollars", _number),
+    "temperature": ("a number from 0 to 2", lambda value: _number(value) and value <= 2),
+    "seed": ("a whole number", lambda value: type(value) is int),
     "domain": ("a text", lambda value: isinstance(value, str)),
     "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
     "replans": ("a number from 0 to 20", lambda value: type(value) is int and 0 <= value <= 20),
@@ -122,7 +141,15 @@ def _settings(path: Path) -> dict[str, Any]:
         raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise KnowledgeError(f"{path} is no valid TOML: {error}") from error
+    for name in settings.keys() - _SETTINGS.keys():
+        raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
     for name, (kind, fits) in _SETTINGS.items():
         if name in settings and not fits(settings[name]):
             raise KnowledgeError(f"{path}: {name} must be {kind}, not {settings[name]!r}")
     return settings
+
+
+def _meant(name: str) -> str:
+    """The setting that a name is nearest to, or all of them."""
+    near = difflib.get_close_matches(name, _SETTINGS, 1)
+    return f"did you mean {near[0]}?" if near else f"there are {', '.join(_SETTINGS)}"

@@ -45,6 +45,27 @@ def run(
         str | None,
         typer.Option(metavar="NAME", help="Any litellm model, or `library` for no model."),
     ] = None,
+    api_base: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
+    ] = None,
+    timeout: Annotated[
+        float | None,
+        typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
+    ] = None,
+    max_tokens: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
+    ] = None,
+    max_cost: Annotated[
+        float | None, typer.Option(min=0, metavar="USD", help="US dollars in this run.")
+    ] = None,
+    temperature: Annotated[
+        float | None, typer.Option(min=0, max=2, help="How freely the model answers (0).")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", help="The seed of the model's answers (0).")
+    ] = None,
     policy: Annotated[
         PolicyName | None,
         typer.Option(help="Ask about required items first, or re-prompt first as in the paper."),
@@ -76,18 +97,25 @@ def run(
     if not asked.strip():
         raise UsageError('say what to do: adaptbot run "make omelette"')
     home = workspace(workspace_dir)
+    settings = home.settings
     request = Request(
         task=asked,
         domain=domain_name(domain, home),
         model=model,
-        policy=str(policy or home.settings.get("policy", "tutor")),  # type: ignore[arg-type]
-        replans=replans if replans is not None else home.settings.get("replans", 3),
+        policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
+        replans=replans if replans is not None else settings.get("replans", 3),
         requires=items(requires),
         ask=not no_human,
         answers=answers,
         dry_run=dry_run,
         apply=apply,
         record=record,
+        api_base=api_base,
+        timeout=timeout if timeout is not None else settings.get("timeout"),
+        max_tokens=max_tokens if max_tokens is not None else settings.get("max_tokens"),
+        max_cost=max_cost if max_cost is not None else settings.get("max_cost"),
+        temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
+        seed=seed if seed is not None else settings.get("seed", 0),
     )
     screen = console(stderr=json)
     prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None

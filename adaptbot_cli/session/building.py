@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.adapters.display import Screen
+    from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.store.keeper import Keeper
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
@@ -27,7 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a run is asked to do: the command line, read."""
+    """What a run is asked to do: the command line, read.
+
+    `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
+    """
 
     task: str
     domain: str
@@ -40,6 +44,12 @@ class Request:
     dry_run: bool = False
     apply: bool = False
     record: Path | None = None
+    api_base: str | None = None
+    timeout: float | None = None
+    max_tokens: int | None = None
+    max_cost: float | None = None
+    temperature: float = 0.0
+    seed: int = 0
 
 
 @dataclass(slots=True)
@@ -56,6 +66,7 @@ class Session:
     replans: int
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
+    sampling: Mapping[str, float] = field(default_factory=dict)
     edited: Sequence[str] = ()
     state: str | None = None
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
@@ -89,23 +100,25 @@ def build(
     Raises:
         UsageError, KnowledgeError, PackError: the domain or the workspace will not do.
     """
+    chosen = _opened(request, workspace, environ, console)
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.adapters.planner.library import Library
     from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.tasks import task_for
 
     kg = load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
-    planner, why = _planner(request, workspace, environ, kg)
+    planner = _planner(request, chosen, environ, kg, console)
     with ExitStack() as stack:
         human = _human(request, prompts)
         asks = prompts is not None and request.ask and request.answers is None
-        screen = Screen(console, kg, task, f"{planner.name} ({why})", asks)
+        screen = Screen(console, kg, task, asks)
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
-        replans = 0 if isinstance(planner, Library) else request.replans
+        replans = 0 if chosen.model is None else request.replans
         session = Session(request, kg, task, nobody, planner.name, screen, replans)
+        if chosen.model is not None:
+            session.sampling = {"temperature": request.temperature, "seed": request.seed}
         transcript = _transcript(request, workspace)
         store: Store = Nowhere()
         if not request.dry_run:
@@ -123,24 +136,53 @@ def build(
         yield session
 
 
+def _opened(
+    request: Request, workspace: Workspace, environ: Mapping[str, str], console: "Console"
+) -> "Chosen":
+    """Choose who plans and say so before anything slow; a model is got ready meanwhile."""
+    from adaptbot_cli.adapters.opening import show_opening
+    from adaptbot_cli.adapters.planner.choice import choose
+
+    workspace.folder(request.domain)
+    chosen = choose(request.model, workspace.settings, environ, request.api_base)
+    show_opening(console, request.task, request.domain, chosen.name, chosen.why)
+    if chosen.model is not None:
+        from adaptbot_cli.adapters.planner.provider import load_early
+
+        load_early()
+    return chosen
+
+
 def _planner(
     request: Request,
-    workspace: Workspace,
+    chosen: "Chosen",
     environ: Mapping[str, str],
     kg: "Kg",
-) -> tuple[Planner, str]:
-    from adaptbot_cli.adapters.planner.choice import choose
-    from adaptbot_cli.adapters.planner.library import Library
+    console: "Console",
+) -> Planner:
     from adaptbot_cli.resources import bundled
 
-    chosen = choose(request.model, workspace.settings, environ)
     folder = bundled("prompts")
     if chosen.model is None:
-        return Library(folder / "library" / kg.domain.name, kg.domain), chosen.why
+        from adaptbot_cli.adapters.planner.library import Library
+
+        return Library(folder / "library" / kg.domain.name, kg.domain)
+    from adaptbot_cli.adapters.display import Stream
+    from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts
+    from adaptbot_cli.adapters.planner.provider import Asking
+    from adaptbot_cli.adapters.planner.scrub import secrets
 
-    return Model(chosen.model, Prompts(folder, kg)), chosen.why
+    limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
+    return Model(
+        chosen.model,
+        Prompts(folder, kg),
+        Asking(request.temperature, request.seed, chosen.api_base),
+        Budget(limits),
+        secrets(environ, chosen.api_base),
+        Stream(console, chosen.model),
+    )
 
 
 def _human(request: Request, prompts: "Console | None") -> Human:
@@ -209,6 +251,7 @@ def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
             "replans": session.replans,
             "requires": list(request.requires),
             "planner": session.planner,
+            **session.sampling,
         }
     )
     return recorder

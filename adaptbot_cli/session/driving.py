@@ -80,7 +80,7 @@ def _proposal(turn: Propose, planner: Planner) -> Proposal:
     except ModelError as error:
         if turn.attempt == 0:
             raise
-        return Proposal(turn.previous, calls=0, failure=str(error))
+        return Proposal(turn.previous, *error.spent, failure=str(error))
 
 
 class Nowhere:
