@@ -9,8 +9,10 @@ import email.utils
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from urllib.request import getproxies
 
 from adaptbot_cli.adapters.planner.scrub import Secrets
+from adaptbot_cli.adapters.planner.servers import is_here
 from adaptbot_cli.adapters.planner.streaming import LONGEST, TooLong, TooSlow
 from adaptbot_cli.core.names import sentence_list
 
@@ -61,7 +63,7 @@ def failure(error: BaseException, called: Called, known: Callable[[], Iterable[s
     if kind == "NotFoundError" or _no_provider(error):
         return Failure(_wrong_name(error, called, known()))
     status = getattr(error, "status_code", None)
-    told = _REFUSALS.get(kind)
+    told = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
     if told is not None:
         return Failure(told.format(detail=_quoted(error, called)))
     if kind == "RateLimitError" and not _used_up(error):
@@ -86,6 +88,12 @@ _REFUSALS = {
     "BadRequestError": "the request was refused{detail}",
     "UnprocessableEntityError": "the request was refused{detail}",
     "UnsupportedParamsError": "it does not take a parameter{detail}",
+}
+
+_STATUSES = {
+    401: _REFUSALS["AuthenticationError"],
+    402: "the account has no credit left; see the provider's billing page",
+    403: _REFUSALS["PermissionDeniedError"],
 }
 
 
@@ -155,8 +163,11 @@ def _nobody_there(causes: Iterable[BaseException]) -> bool:
 
 def _unreachable(causes: list[BaseException], called: Called) -> str:
     said = " ".join(str(cause).lower() for cause in causes)
-    if "connection refused" in said:
+    if "connection refused" in said and is_here(called.address or ""):
         return f"nothing listens at {called.place}; start the server, or correct --api-base"
+    if "connection refused" in said:
+        or_proxy = ", or the proxy that HTTP_PROXY or HTTPS_PROXY names" if getproxies() else ""
+        return f"{called.place}{or_proxy} refused the connection"
     if any(told in said for told in _NO_HOST):
         return f"no network, or no such host: {called.place} cannot be found"
     return f"the connection to {called.place} was lost"
