@@ -171,7 +171,8 @@ def _reply(turn: Turn, reply: object) -> Document:
             cost = {} if reply.cost_usd is None else {"cost_usd": reply.cost_usd}
             calls = {} if reply.calls == 1 else {"calls": reply.calls}
             spent = {"tokens": tokens} if any(tokens.values()) else {}
-            return {"reply": reply.text, **calls, **spent, **cost}
+            failed = {"failure": reply.failure} if reply.failure else {}
+            return {"reply": reply.text, **calls, **spent, **cost, **failed}
         case Answer():
             said = {"answer": reply.value, "by": reply.by, "at": reply.at}
             return {key: value for key, value in said.items() if value}
@@ -222,7 +223,7 @@ class Recorder:
 
 
 _GIVEN_BACK = frozenset(
-    {"reply", "calls", "tokens", "cost_usd", "answer", "by", "at", "kept", "revision"}
+    {"reply", "calls", "tokens", "cost_usd", "failure", "answer", "by", "at", "kept", "revision"}
 )
 """What a document tells of the reply: given back in a replay, not compared."""
 
@@ -270,6 +271,7 @@ class Player:
             int(tokens.get("prompt", 0)),
             int(tokens.get("completion", 0)),
             self.current.get("cost_usd"),
+            str(self.current.get("failure", "")),
         )
 
     def ask(self, question: Question) -> Answer:
