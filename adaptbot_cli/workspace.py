@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from adaptbot_cli.adapters.store.reading import read_files
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
 
@@ -82,6 +81,8 @@ class Workspace:
             UsageError: there is no such domain.
             KnowledgeError: the files cannot be read.
         """
+        from adaptbot_cli.adapters.store.reading import read_files
+
         return read_files(self.folder(domain))
 
     def folder(self, domain: str) -> Path:
@@ -101,7 +102,7 @@ class Workspace:
         if not (self.root / ".gitignore").exists():
             files[".gitignore"] = _IGNORED.encode()
         if not self.has(domain):
-            pack = read_files(self.folder(domain))
+            pack = self.files(domain)
             files |= {f"kg/{domain}/{name}": data for name, data in pack.items()}
         return files
 

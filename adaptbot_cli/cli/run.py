@@ -18,6 +18,7 @@ from adaptbot_cli.cli.common import (
     console,
     domain_name,
     items,
+    opened,
     print_json,
     workspace,
 )
@@ -91,17 +92,20 @@ def run(
 ) -> int:
     """Plan a task, check it against this home, ask what is not known, and learn it."""
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import Request, build
 
     asked = " ".join(task)
     if not asked.strip():
         raise UsageError('say what to do: adaptbot run "make omelette"')
     home = workspace(workspace_dir)
-    settings = home.settings
+    settings, named = home.settings, domain_name(domain, home)
+    screen = console(stderr=json)
+    chosen = opened(screen, home, asked, named, model, api_base)
+    from adaptbot_cli.session import Request, build  # slow: the first line is there by now
+
     request = Request(
         task=asked,
-        domain=domain_name(domain, home),
-        model=model,
+        domain=named,
+        chosen=chosen,
         policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
         replans=replans if replans is not None else settings.get("replans", 3),
         requires=items(requires),
@@ -110,14 +114,12 @@ def run(
         dry_run=dry_run,
         apply=apply,
         record=record,
-        api_base=api_base,
         timeout=timeout if timeout is not None else settings.get("timeout"),
         max_tokens=max_tokens if max_tokens is not None else settings.get("max_tokens"),
         max_cost=max_cost if max_cost is not None else settings.get("max_cost"),
         temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
         seed=seed if seed is not None else settings.get("seed", 0),
     )
-    screen = console(stderr=json)
     prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
     started = time.monotonic()
     with build(request, home, os.environ, screen, prompts) as session:

@@ -30,12 +30,14 @@ if TYPE_CHECKING:
 class Request:
     """What a run is asked to do: the command line, read.
 
+    `chosen` is who plans, if that is decided already: else it follows from `model` and `api_base`.
     `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
     """
 
     task: str
     domain: str
     model: str | None = None
+    chosen: "Chosen | None" = None
     policy: Policy = "tutor"
     replans: int = 3
     requires: tuple[str, ...] = ()
@@ -100,12 +102,14 @@ def build(
     Raises:
         UsageError, KnowledgeError, PackError: the domain or the workspace will not do.
     """
-    chosen = _opened(request, workspace, environ, console)
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.tasks import task_for
 
+    model, base = request.model, request.api_base
+    chosen = request.chosen or choose(model, workspace.settings, environ, base)
     kg = load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
     planner = _planner(request, chosen, environ, kg, console)
@@ -134,23 +138,6 @@ def build(
         observers += [session.recorder] if session.recorder else []
         session.ports = Ports(planner, human, Rehearsal(kg), WordNet(), store, observers)
         yield session
-
-
-def _opened(
-    request: Request, workspace: Workspace, environ: Mapping[str, str], console: "Console"
-) -> "Chosen":
-    """Choose who plans and say so before anything slow; a model is got ready meanwhile."""
-    from adaptbot_cli.adapters.opening import show_opening
-    from adaptbot_cli.adapters.planner.choice import choose
-
-    workspace.folder(request.domain)
-    chosen = choose(request.model, workspace.settings, environ, request.api_base)
-    show_opening(console, request.task, request.domain, chosen.name, chosen.why)
-    if chosen.model is not None:
-        from adaptbot_cli.adapters.planner.provider import load_early
-
-        load_early()
-    return chosen
 
 
 def _planner(
