@@ -9,6 +9,7 @@ from typing import Any
 
 from adaptbot_cli.adapters.planner.budget import Price, Spent
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
+from adaptbot_cli.errors import ModelError
 
 _LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
 _FREE = ("ollama/", "ollama_chat/", "local")
@@ -18,12 +19,15 @@ _NO_KEY = "none"
 
 def load() -> Any:
     """Import litellm: with its bundled price list, so that no network is needed, and its logging
-    off, which could show a request with its key."""
+    off, which could show a request with its key. Raises ModelError."""
     os.environ.setdefault("LITELLM_LOCAL_MODEL_COST_MAP", "True")
     os.environ.pop("LITELLM_LOG", None)
     os.environ.pop("OPENAI_LOG", None)
     _straight_to_this_machine()
-    import litellm
+    try:
+        import litellm
+    except ImportError as error:
+        raise ModelError(f"litellm cannot be imported ({error}); see `adaptbot doctor`") from None
 
     litellm.suppress_debug_info = True
     litellm.telemetry = False
