@@ -176,7 +176,7 @@ def main() -> None:
     if options.tasks:
         print("\n| task | first prompt | each re-prompt | together |\n| --- | --- | --- | --- |")
         for row in (row for its in found.values() for row in its):
-            again = ", ".join(map(str, row.tokens[1:])) or "none needed"
+            again = ", ".join(map(str, dict.fromkeys(row.tokens[1:]))) or "none needed"
             print(f"| {row.task} | {row.tokens[0]} | {again} | {sum(row.tokens)} |")
 
 
