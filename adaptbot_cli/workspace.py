@@ -142,7 +142,7 @@ def _settings(path: Path) -> dict[str, Any]:
         raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise KnowledgeError(f"{path} is no valid TOML: {error}") from error
-    for name in settings.keys() - _SETTINGS.keys():
+    for name in sorted(settings.keys() - _SETTINGS.keys()):
         raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
     for name, (kind, fits) in _SETTINGS.items():
         if name in settings and not fits(settings[name]):

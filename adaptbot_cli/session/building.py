@@ -37,7 +37,6 @@ class Request:
     task: str
     domain: str
     model: str | None = None
-    chosen: "Chosen | None" = None
     policy: Policy = "tutor"
     replans: int = 3
     requires: tuple[str, ...] = ()
@@ -52,6 +51,7 @@ class Request:
     max_cost: float | None = None
     temperature: float = 0.0
     seed: int = 0
+    chosen: "Chosen | None" = None
 
 
 @dataclass(slots=True)

@@ -119,8 +119,8 @@ class Budget:
         left = limit - spent - price.of(prompt, 0)
         if left < price.of(0, _LEAST):
             raise ModelError(
-                f"The money is used up: ${spent:.4f} of ${limit:.4f} is spent, and the next prompt "
-                f"costs ${price.of(prompt, 0):.4f}. Give more with --max-cost."
+                f"The money is used up: ${spent:.5f} of ${limit:.5f} is spent, and the next prompt "
+                f"costs ${price.of(prompt, 0):.5f}. Give more with --max-cost."
             )
         return int(left / price.completion) if price.completion else _MOST
 

@@ -116,9 +116,20 @@ class Provider:
         usage = getattr(whole, "usage", None)
         prompt = int(getattr(usage, "prompt_tokens", 0) or 0)
         completion = int(getattr(usage, "completion_tokens", 0) or 0)
-        price = self.price()
-        cost = None if price is None else round(price.of(prompt, completion), 8)
-        return whole, Spent(1, prompt, completion, cost)
+        return whole, Spent(1, prompt, completion, self._cost(whole))
+
+    def _cost(self, whole: Any) -> float | None:
+        """What an answer cost in US dollars, as litellm has it, which knows of cached prompts."""
+        if self._is_free:
+            return 0.0
+        try:
+            return round(float(self.litellm.completion_cost(whole, model=self.model)), 8)
+        except Exception:  # litellm raises a bare one for a model that it does not know
+            return None
+
+    @property
+    def _is_free(self) -> bool:
+        return self.model.startswith(_FREE) or is_here(self.asking.api_base or "")
 
     def tokens(self, messages: list[dict[str, str]]) -> int:
         """Count the tokens of a prompt."""
@@ -126,7 +137,7 @@ class Provider:
 
     def price(self) -> Price | None:
         """What a token costs: nothing on this machine; None if nobody knows."""
-        if self.model.startswith(_FREE) or is_here(self.asking.api_base or ""):
+        if self._is_free:
             return Price()
         try:
             told = self.litellm.get_model_info(self.model)

@@ -337,3 +337,18 @@ def test_a_money_budget_needs_a_price(ask: Ask) -> None:
     asked = ask(says(PLAN), cost_usd=1.0, address=far)
     assert "No price is known" in asked.said and "--max-tokens" in asked.said
     assert ask(says(PLAN), cost_usd=0.0).text == PLAN  # on this machine it costs nothing
+
+
+def test_a_money_budget_is_kept_by_the_price_list(kg: Kg, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_API_KEY", KEY)
+    budget, prompts = Budget(Limits(cost_usd=0.00015, seconds=20)), Prompts(bundled("prompts"), kg)
+    turn = Propose(task_for("make omelette", kg))
+    with serving(says(PLAN)) as at:
+        monkeypatch.setenv("OPENAI_API_BASE", at.url)
+        model = Model("gpt-4o-mini", prompts, budget=budget)
+        cost = model.propose(turn).cost_usd
+        assert cost == pytest.approx(500 * 0.15e-6 + 60 * 0.6e-6)
+        assert 16 <= at.asked[0].body["max_tokens"] < 0.00015 / 0.6e-6
+        with pytest.raises(ModelError, match=r"money is used up: \$0.00011 of \$0.00015"):
+            model.propose(turn)
+        assert len(at.asked) == 1
