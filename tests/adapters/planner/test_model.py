@@ -314,15 +314,15 @@ def test_secrets_are_cut_wherever_a_provider_echoes_them(
 
 
 def test_a_token_budget_ends_the_asking_before_it_is_passed(ask: Ask) -> None:
-    budget = Budget(Limits(tokens=1500, seconds=20))
+    budget = Budget(Limits(tokens=1300, seconds=20))
     first = ask(says(PLAN), budget=budget)
     assert first.text == PLAN
-    assert 0 < first.server.asked[0].body["max_tokens"] < 1500 - 400
+    assert 0 < first.server.asked[0].body["max_tokens"] < 1300 - 300
     second = ask(says(PLAN), budget=budget, again=True)
     third = ask(says(PLAN), budget=budget, again=True)
     assert second.text == PLAN
     assert third.server.asked == []
-    assert "token budget is used up: 1120 of 1500" in third.said and "--max-tokens" in third.said
+    assert "token budget is used up: 1120 of 1300" in third.said and "--max-tokens" in third.said
 
 
 def test_what_a_failure_cost_is_told(ask: Ask) -> None:
