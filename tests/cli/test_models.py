@@ -84,13 +84,13 @@ def test_settings_name_the_model_and_its_limits(home: Home) -> None:
     with serving(says(PLAN)) as at:
         home.write(
             "robot/adaptbot.toml",
-            f'model = "openai/planner"\napi_base = "{at.url}"\nmax_tokens = 1100\nseed = 3\n',
+            f'model = "openai/planner"\napi_base = "{at.url}"\nmax_tokens = 900\nseed = 3\n',
         )
         ended = home.adaptbot("run", "make omelette", "--no-human", "--dry-run", ADAPTBOT_MODEL="")
         assert len(at.asked) == 1 and at.asked[0].body["seed"] == 3
     assert ended.code == 3
     assert "(from adaptbot.toml)" in ended.out
-    assert "The token budget is used up: 560 of 1100" in ended.said
+    assert "The token budget is used up: 560 of 900" in ended.said
 
 
 def test_a_budget_that_allows_no_plan_at_all_ends_with_5(home: Home) -> None:
