@@ -1,6 +1,6 @@
 """`adaptbot domain`: the domains there are, and whether a pack makes sense."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,9 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.domain import Domain
 
 app = typer.Typer(help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True)
 
@@ -46,6 +49,36 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
     console().print(table)
 
 
+@app.command("new")
+def new_domain(
+    name: Annotated[str, typer.Argument(help="What to call it, such as post_room.")],
+    like: Annotated[
+        str | None, typer.Option(metavar="DOMAIN", help="Copy this domain, not the starting pack.")
+    ] = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Start a domain of your own in the workspace: a small, commented pack that runs at once."""
+    from rich.text import Text
+
+    from adaptbot_cli import session
+
+    home = workspace(workspace_dir)
+    made = session.start(home, name, like)
+    domain = made.kg.domain
+    folder = home.root / "kg" / name
+    out = console()
+    told = f"{name}: {_counts(domain)} in {folder}"
+    out.print(Text("✓ ", "green") + Text(told), soft_wrap=True)
+    out.print(Text(f"  committed as {made.revision[:7]}", "dim"))
+    task = domain.tasks[0].name.replace("_", " ") if domain.tasks else "…"
+    for what, command in (
+        ("run a task", f'run "{task}" --domain {name}'),
+        ("after a change", f"domain check {name}"),
+        ("read it", f"domain docs {name}"),
+    ):
+        out.print(Text(f"  {what:<15}", "dim") + Text(f"adaptbot {command}"), soft_wrap=True)
+
+
 @app.command("check")
 def check_domain(
     name: Annotated[str, typer.Argument(help="The domain to check.")],
@@ -65,6 +98,12 @@ def check_domain(
     if found:
         return 3
     nodes, edges = kg.size()
-    told = f"{name}: {len(kg.domain.actions)} actions, {len(kg.domain.tasks)} tasks, "
-    out.print(Text("✓ ", "green") + Text(f"{told}{nodes} nodes, {edges} edges"))
+    told = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
+    out.print(Text("✓ ", "green") + Text(told))
     return 0
+
+
+def _counts(domain: "Domain") -> str:
+    from adaptbot_cli.adapters.display.words import count
+
+    return f"{count(len(domain.actions), 'action')}, {count(len(domain.tasks), 'task')}"

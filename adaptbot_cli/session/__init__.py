@@ -4,5 +4,17 @@ from adaptbot_cli.session.building import Request, Session, build
 from adaptbot_cli.session.driving import Ports, drive, perform
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.session.playing import check, replay
+from adaptbot_cli.session.starting import start
 
-__all__ = ["Ports", "Request", "Session", "build", "check", "drive", "load", "perform", "replay"]
+__all__ = [
+    "Ports",
+    "Request",
+    "Session",
+    "build",
+    "check",
+    "drive",
+    "load",
+    "perform",
+    "replay",
+    "start",
+]

@@ -38,13 +38,31 @@ class LibraryPlan:
             raise PackError(f"{self.path}: {error}") from error
 
 
-def read_library(folder: Path) -> list[LibraryPlan]:
-    """Read every plan of a folder, sorted by file name. Raises PackError."""
-    return [_read(path) for path in sorted(folder.glob("*.plan"))]
+def read_library(*folders: Path) -> list[LibraryPlan]:
+    """Read every plan of some folders. Raises PackError."""
+    return [read_plan(path) for path in library_files(*folders)]
 
 
-def _read(path: Path) -> LibraryPlan:
-    parts = path.read_text(encoding="utf-8").split("---\n", 2)
+def library_files(*folders: Path) -> list[Path]:
+    """Return the files of a library: folder by folder, by name, a name once only.
+
+    So a plan in an earlier folder stands for one of the same file name in a later folder.
+    """
+    found: dict[str, Path] = {}
+    for folder in folders:
+        for path in sorted(folder.glob("*.plan")):
+            found.setdefault(path.name, path)
+    return list(found.values())
+
+
+def read_plan(path: Path) -> LibraryPlan:
+    """Read one plan. Raises PackError."""
+    try:
+        parts = path.read_text(encoding="utf-8").split("---\n", 2)
+    except OSError as error:
+        raise PackError(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
     if len(parts) != 3:
         raise PackError(f"{path}: needs YAML between two lines of ---, then the plan")
     try:
@@ -82,9 +100,12 @@ def _folded(text: str) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """Plans without a model: the nearest plan of the library, with the task's own items."""
+    """Plans without a model: the nearest plan of the library, with the task's own items.
 
-    folder: Path
+    The library is that of `folders`, an earlier one before a later one.
+    """
+
+    folders: tuple[Path, ...]
     domain: Domain
     name: str = "plan library"
 
@@ -94,7 +115,7 @@ class Library:
         Raises:
             ModelError: nothing in the library is near the task.
         """
-        found = nearest_plan(turn.task.name, read_library(self.folder))
+        found = nearest_plan(turn.task.name, read_library(*self.folders))
         if found is None:
             raise ModelError(
                 f'The plan library has nothing near "{turn.task.name}", and no model is '
