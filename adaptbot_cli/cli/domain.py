@@ -15,6 +15,8 @@ from adaptbot_cli.cli.common import (
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
 
+FAULTS = 3
+
 app = typer.Typer(help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True)
 
 
@@ -82,21 +84,24 @@ def new_domain(
 @app.command("check")
 def check_domain(
     name: Annotated[str, typer.Argument(help="The domain to check.")],
+    json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check a domain's files: whether they can be read and make sense together."""
     from rich.text import Text
 
     from adaptbot_cli import session
-    from adaptbot_cli.core.faults import faults
+    from adaptbot_cli.core.visible import visible
 
-    kg = session.load(workspace(workspace_dir), name)
-    found = faults(kg)
+    kg, found = session.check_pack(workspace(workspace_dir), name)
+    if json:
+        print_json({"domain": name, "faults": found})
+        return FAULTS if found else 0
     out = console()
     for fault in found:
-        out.print(Text("✗ ", "red") + Text(fault))
-    if found:
-        return 3
+        out.print(Text("✗ ", "red") + Text(visible(fault)), soft_wrap=not out.is_terminal)
+    if found or kg is None:
+        return FAULTS
     nodes, edges = kg.size()
     told = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
     out.print(Text("✓ ", "green") + Text(told))

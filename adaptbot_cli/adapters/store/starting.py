@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 
 from rdflib import RDFS, URIRef
@@ -48,7 +49,7 @@ def _renamed(text: str, file: str, domain: URIRef, new: URIRef, name: str) -> st
 def _values(text: str, place: Place, predicates: set[str]) -> Iterator[Token]:
     """The strings that directly follow some predicates in a statement."""
     found = list(tokens(text, place.start, place.end))
-    for before, token in zip(found, found[1:], strict=False):
+    for before, token in pairwise(found):
         if before.text in predicates and token.kind == "string":
             yield token
 
