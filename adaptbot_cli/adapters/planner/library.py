@@ -42,7 +42,8 @@ class LibraryPlan:
         except (jinja2.TemplateError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
             where = f"{self.path}, line {line + self._front_lines}" if line else str(self.path)
-            raise PackError(f"{where}: {error}; correct the template there") from error
+            told = str(error).rstrip(".")
+            raise PackError(f"{where}: {told}; correct the template there") from error
 
     @property
     def _front_lines(self) -> int:
