@@ -1,5 +1,6 @@
 """`adaptbot domain`: the domains there are, and whether a pack makes sense."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -106,6 +107,35 @@ def check_domain(
     told = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
     out.print(Text("✓ ", "green") + Text(told))
     return 0
+
+
+@app.command("docs")
+def domain_docs(
+    name: Annotated[str, typer.Argument(help="The domain to describe.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write Markdown here.")
+    ] = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Describe a domain on a page: classes, questions, actions, tasks. Markdown when piped."""
+    from adaptbot_cli import session
+    from adaptbot_cli.core.handbook import handbook
+    from adaptbot_cli.errors import UsageError
+
+    page = handbook(session.load(workspace(workspace_dir), name))
+    out = console()
+    if output is not None:
+        try:
+            output.write_text(page, encoding="utf-8")
+        except OSError as error:
+            raise UsageError(f"cannot write {output}: {error.strerror}") from error
+        console(stderr=True).print(f"written to {output}", markup=False, soft_wrap=True)
+    elif out.is_terminal:
+        from rich.markdown import Markdown
+
+        out.print(Markdown(page, code_theme="ansi_dark"))
+    else:
+        typer.echo(page, nl=False)
 
 
 def _counts(domain: "Domain") -> str:

@@ -11,7 +11,8 @@ def mermaid(progress: Progress) -> str:
     """Return the flowchart: a row for each thing, its stations in order, the steps between them."""
     calls = dict(progress.steps)
     lines = ["flowchart LR"]
-    for number, line in enumerate(progress.lines):
+    # Mermaid stacks what is not connected from below.
+    for number, line in reversed(list(enumerate(progress.lines))):
         lines.append(f"  subgraph t{number}[{_text(line.name)}]")
         lines.append("    direction LR")
         lines += [f"    {told}" for told in _stations(f"t{number}s", line, calls)]

@@ -124,9 +124,10 @@ def _attribute(entry: Entry) -> Iterator[AttributeRequirement]:
 
 
 def _condition(entry: Entry) -> Condition:
-    query = query_of(entry, entry.text(AB.ask), "ab:ask", "ASK")
+    source = entry.text(AB.ask)
+    query = query_of(entry, source, "ab:ask", "ASK")
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
-    return Condition(query, entry.text(AB.message), mentions(query), about)
+    return Condition(query, entry.text(AB.message), mentions(query), about, source)
 
 
 def _purpose(entry: Entry) -> Condition | None:

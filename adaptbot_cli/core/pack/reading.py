@@ -176,7 +176,7 @@ def _goal(entry: Entry) -> Iterator[Goal]:
     check_message(entry, message, ("item",) if classes or selects else ())
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
     before = frozenset(str(iri) for iri in entry.iris(AB.before))
-    yield Goal(ask or select, message, classes, about, before)
+    yield Goal(ask or select, message, classes, about, before, asks or selects)
 
 
 def _tasks(graph: Graph, notes: Notes) -> Iterator[tuple[str, Task]]:
