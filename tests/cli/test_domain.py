@@ -1,8 +1,15 @@
 """`adaptbot domain new`, `check` and `docs`, as a newcomer types them."""
 
+import subprocess
+import sys
+
 import pytest
 
+from adaptbot_cli import session
 from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.core.handbook.markdown import said
+from adaptbot_cli.core.terms import local
+from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Home
 
 
@@ -92,10 +99,51 @@ def test_like_a_domain_that_there_is_not_or_that_is_broken(home: Home) -> None:
     assert checked.code == 3 and checked.out.count("✗ actions.ttl, entry ") == 6
 
 
-def test_two_that_start_one_domain_at_once(home: Home) -> None:
-    import subprocess
-    import sys
+def test_a_page_to_read(started: Home) -> None:
+    page = started.adaptbot("domain", "docs", "post_room")
+    assert page.code == 0 and page.err == ""
+    for part in (
+        "# post_room\n",
+        "\n- **item** `item`: anything that has a name\n  - **thing** `thing`: ",
+        "\n    - 2 here: `book`, `vase`\n",
+        "| fragile | `is_fragile` | thing | yes or no | Does {name} break easily? |",
+        "\n### `put_down(thing, [place])`\n\nPut a thing",
+        "Also called `lay`, `place`, `put`.",
+        "- must hold, or else “{thing} must be in the hand to be put down”:\n\n  ```sparql\n"
+        "  ASK { ?agent ex:holds ?thing }\n  ```\n",
+        "- `thing`: fragile (`is_fragile`) is yes; if unknown, it is asked; or else “{thing} is ",
+        "- `thing` · wrapped → yes\n",
+        "- no longer: the robot · holds = `thing`\n",
+        "DELETE { ?thing ex:wrapped ?before }\nINSERT { ?thing ex:wrapped true }\nWHERE {",
+        "### pack the vase\n\nAlso asked for as: put the vase into the crate, wrap the vase.\n\n"
+        "Requires `vase`.\n\n- must hold, or else “the vase is not wrapped”:",
+    ):
+        assert part in page.out, part
+    assert "\n\n\n" not in page.out
 
+
+@pytest.mark.parametrize("name", ["kitchen", "household"])
+def test_a_page_is_the_same_in_every_process_and_tells_all(used: Home, name: str) -> None:
+    path = used.folder / f"{name}.md"
+    ended = used.adaptbot("domain", "docs", name, "-o", str(path), PYTHONHASHSEED="1")
+    assert (ended.code, ended.out) == (0, "")
+    page = path.read_text(encoding="utf-8")
+    assert used.adaptbot("domain", "docs", name, PYTHONHASHSEED="2").out == page
+    domain = session.load(Workspace(used.workspace), name).domain
+    names = [f"### `{action}(" for action in domain.actions]
+    names += [f"`{local(iri)}`" for iri in (*domain.properties, *domain.kinds)]
+    names += [f"\n### {said(task.name)}\n" for task in domain.tasks]
+    names += [said(p.question) for p in domain.properties.values()]
+    assert [name for name in names if name not in page] == []
+
+
+def test_a_page_that_cannot_be_written_or_of_nothing(used: Home) -> None:
+    ended = used.adaptbot("domain", "docs", "kitchen", "-o", str(used.folder / "no" / "x.md"))
+    assert ended.code == 2 and "cannot write" in ended.err
+    assert used.adaptbot("domain", "docs", "kitchn").code == 2
+
+
+def test_two_that_start_one_domain_at_once(home: Home) -> None:
     command = [sys.executable, "-m", "adaptbot_cli", "domain", "new", "garden"]
     both = [
         subprocess.Popen(command, cwd=home.folder, env=home.environment(), stderr=subprocess.PIPE)

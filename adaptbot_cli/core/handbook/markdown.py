@@ -6,7 +6,7 @@ from inspect import cleandoc
 
 from adaptbot_cli.core.visible import visible
 
-_SPECIAL = re.compile(r"([\\`*_\[\]<>|#~])")
+_SPECIAL = re.compile(r"([\\`*\[\]<>|#~]|(?<!\w)_|_(?!\w))")
 
 
 def said(text: str) -> str:
