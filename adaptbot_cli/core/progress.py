@@ -8,7 +8,8 @@ from rdflib import Literal as Value
 from rdflib import URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.report import Bound, Outcome, Report
 from adaptbot_cli.core.terms import Triple, local

@@ -13,7 +13,7 @@ from adaptbot_cli.core.progress import Event, Line, Progress
 from adaptbot_cli.core.visible import visible
 
 _COLOURS = ("cyan", "green", "yellow", "magenta", "blue", "bright_red", "bright_cyan")
-_NARROWEST, _WIDEST = 5, 9
+_NARROWEST, _WIDEST = 5, 14
 """How wide a step's column of the chart may be."""
 _LONGEST_NAME = 18
 
