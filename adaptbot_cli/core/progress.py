@@ -52,7 +52,8 @@ class Progress:
 
     `steps` are number and call of those that were taken, in order; `executed` tells whether the
     plan was carried out, rather than rehearsed as far as it came; `stopped` what ended it early,
-    if anything did; `hands` the places that mean: in the robot's hand.
+    if anything did; `hands` the places that mean: in the robot's hand; `note` what must be known of
+    where all this is from.
     """
 
     task: str
@@ -62,6 +63,7 @@ class Progress:
     executed: bool
     stopped: str = ""
     hands: frozenset[str] = frozenset()
+    note: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """Return the progress as a plain object."""
@@ -70,6 +72,7 @@ class Progress:
             "domain": self.domain,
             "executed": self.executed,
             "stopped": self.stopped or None,
+            "note": self.note or None,
             "steps": [{"n": number, "call": call} for number, call in self.steps],
             "lines": [
                 {
@@ -251,14 +254,14 @@ class _Trace:
         """The lines of all things that moved, changed or were used; the required ones first."""
         wanted = {normal(name) for name in required}
         aside = {*self.hands, self.kg.domain.agent}
-        things = [thing for thing in self.events if thing not in aside and self._matters(thing)]
+        things = [t for t in self.events if t not in aside and self._matters(t, wanted)]
         made = [(self._rank(thing, wanted), self._line(thing, wanted)) for thing in things]
         return tuple(line for _, line in sorted(made, key=lambda pair: pair[0]))
 
-    def _matters(self, thing: Node) -> bool:
-        """Whether more than other things' coming and going happened to it, or it can be moved."""
+    def _matters(self, thing: Node, wanted: set[str]) -> bool:
+        """Whether it is more than a place where other things come and go."""
         own = [e for e in self.events[thing] if e.kind not in ("gained", "lost")]
-        return bool(own) or self._can_move(thing)
+        return bool(own) or self._can_move(thing) or normal(self.kg.name(thing)) in wanted
 
     def _rank(self, thing: Node, wanted: set[str]) -> tuple[object, ...]:
         kinds = [k for k in self.kg.domain.kinds.values() if k.iri in self.kg.classes(thing)]

@@ -1,16 +1,20 @@
 """A run looked at again: from its transcript to the ways of the things in it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Execute, Turn
-from adaptbot_cli.session.loading import kg_of
+from adaptbot_cli.session.loading import EDITS, kg_of, load
 from adaptbot_cli.session.playing import replay
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.progress import Progress
+
+_EDITED = "hand-edited files were not committed before this run: told on the files as they are now"
+_CUT = "the transcript ends before the run did: told as far as it goes"
 
 
 class _Last:
@@ -43,16 +47,19 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
     from adaptbot_cli.errors import ReplayError, UsageError
 
     header, turns = read(path)
-    kg = kg_of(header, path, workspace)
-    last = _Last()
+    # Hand-edited files were no revision; if they are as they were, the replay shows it.
+    edited = str(header.get("graph", "")).endswith(EDITS)
+    kg = load(workspace, str(header["domain"])) if edited else kg_of(header, path, workspace)
+    last, notes = _Last(), [_EDITED] if edited else []
     try:
         replay(path, workspace, [last], kg)
     except ReplayError:
         if turns and turns[-1]["turn"] == "finished":
             raise
+        notes.append(_CUT)
     if last.report is None:
         raise UsageError(f"{path} ended before there was a plan: nothing has a way yet")
-    return progress(last.report, last.outcome, kg)
+    return replace(progress(last.report, last.outcome, kg), note="; ".join(notes))
 
 
 def find_run(workspace: Workspace, name: str | None) -> Path:

@@ -61,7 +61,8 @@ def svg(progress: Progress) -> str:
     width = layout.right + max(longest * _LETTER * 0.8 - _STEP, _MARGIN)
     height = y + _MARGIN
     title = f"{progress.task} · {'executed' if progress.executed else 'rehearsed, not executed'}"
-    why = f"stopped: {progress.stopped}" if progress.stopped else ""
+    parts = (f"stopped: {progress.stopped}" if progress.stopped else "", progress.note)
+    why = "; ".join(filter(None, parts))
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
         f'width="{width:.0f}" height="{height:.0f}" font-family={quoteattr(_FONT)} font-size="11" '
@@ -78,7 +79,7 @@ def _layout(progress: Progress) -> _Layout:
     longest = max((len(visible(line.name)) for line in progress.lines), default=4)
     calls = max((len(visible(call)) for _, call in progress.steps), default=0)
     named = {place: _COLOURS[n % len(_COLOURS)] for n, place in enumerate(places(progress))}
-    left = _MARGIN + longest * _LETTER * 1.2 + 22
+    left = _MARGIN + longest * _LETTER * 1.35 + 28
     start = max((len(visible(line.start)) for line in progress.lines), default=0)
     # The calls stand above the steps, slanting upwards.
     top = _MARGIN + 30 + calls * _LETTER * 0.62 + 12

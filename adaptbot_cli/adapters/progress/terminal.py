@@ -49,6 +49,8 @@ def _title(progress: Progress) -> Text:
     title = Text.assemble((visible(progress.task), "bold"), (f" · {told}", "dim"))
     if progress.stopped:
         title.append(f" · stopped: {visible(progress.stopped)}", "yellow")
+    if progress.note:
+        title.append(f"\n! {visible(progress.note)}", "yellow")
     return title
 
 
