@@ -269,6 +269,10 @@ BREAKS = {
         ("tasks.ttl", "ex:vase ex:lies_in ex:crate", "ex:vase ex:lies_in ex:craet"),
         ['tasks.ttl, entry "pack the vase": craet in "the vase is not in the crate"', "is crate"],
     ),
+    "a goal before an unknown action": (
+        ("tasks.ttl", '"the vase is not wrapped"', '"it is bare" ; ab:before ex:put_dwn'),
+        ['ab:before put_dwn of "it is bare" is no action of actions.ttl; the nearest there is put'],
+    ),
     "two tasks of one name": (
         ("tasks.ttl", "ab:task_pack_the_vase a ab:Task", f"{TWIN} ab:task_pack_the_vase a ab:Task"),
         ["tasks.ttl, entry task_z: its name", "is that of task_pack_the_vase too; change one"],

@@ -93,6 +93,11 @@ def _goal(kg: Kg, where: str, goal: Goal) -> Iterator[str]:
         if URIRef(name) not in kg.domain.kinds:
             told = f'ab:class {local(URIRef(name))} of "{goal.message}" is no class of domain.ttl'
             yield f"{where}: {told}; {_remedy(URIRef(name), kg.domain.kinds, 'declare it there')}"
+    actions = {action.iri: action.name for action in kg.domain.actions.values()}
+    for iri in map(URIRef, sorted(goal.before)):
+        if iri not in actions:
+            told = f'ab:before {local(iri)} of "{goal.message}" is no action of actions.ttl'
+            yield f"{where}: {told}; {_remedy(iri, actions, 'declare it there')}"
     yield from _query(kg, where, goal.query, f'"{goal.message}"')
     yield from _query(kg, where, goal.about, f'ab:about of "{goal.message}"')
 
