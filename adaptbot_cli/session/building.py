@@ -134,13 +134,13 @@ def _planner(
     from adaptbot_cli.resources import bundled
 
     chosen = choose(request.model, workspace.settings, environ)
-    folder = bundled("prompts")
+    library = workspace.library(request.domain)
     if chosen.model is None:
-        return Library(folder / "library" / kg.domain.name, kg.domain), chosen.why
+        return Library(library, kg.domain), chosen.why
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts
 
-    return Model(chosen.model, Prompts(folder, kg)), chosen.why
+    return Model(chosen.model, Prompts(bundled("prompts"), kg, library)), chosen.why
 
 
 def _human(request: Request, prompts: "Console | None") -> Human:
