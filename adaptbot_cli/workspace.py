@@ -93,14 +93,25 @@ class Workspace:
         root = self.root if self.has(domain) else bundled("kg").parent
         return root / "kg" / domain
 
+    def library(self, domain: str) -> tuple[Path, ...]:
+        """Return the folders of a domain's plan library: the workspace's, then the bundled one."""
+        return tuple(
+            prompts / "library" / domain for prompts in (self.root / "prompts", bundled("prompts"))
+        )
+
+    def own_files(self) -> dict[str, bytes]:
+        """Return the files that every workspace has, those that are not there yet."""
+        files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}
+        if not (self.root / ".gitignore").exists():
+            files[".gitignore"] = _IGNORED.encode()
+        return files
+
     def first_files(self, domain: str) -> dict[str, bytes]:
         """Return what a first use writes: the settings and the bundled pack of a domain.
 
         Nothing that is there already is among it; hold the workspace's lock to rely on that.
         """
-        files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}
-        if not (self.root / ".gitignore").exists():
-            files[".gitignore"] = _IGNORED.encode()
+        files = self.own_files()
         if not self.has(domain):
             pack = self.files(domain)
             files |= {f"kg/{domain}/{name}": data for name, data in pack.items()}

@@ -102,13 +102,15 @@ class AttributeRequirement:
 class Condition:
     """A SPARQL ASK over the state at one point of the plan, and the sentence when it fails.
 
-    `about` is a SELECT of further things with which missing steps may bring it about.
+    `about` is a SELECT of further things with which missing steps may bring it about; `source` the
+    ASK as its author wrote it.
     """
 
     query: str
     message: str
     predicates: frozenset[URIRef] = frozenset()
     about: str = ""
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)

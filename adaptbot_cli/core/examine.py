@@ -170,8 +170,8 @@ def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
 def _reach_goals(walk: Walk, scene: Scene) -> None:
     """Add the steps that bring a goal about, where the domain says what they may be about."""
     agent = {"agent": scene.domain.agent}
-    for goal in (*scene.domain.goals, *scene.task.goals):
-        if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
+    for goal in scene.domain.goals:
+        if goal.classes or not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
             continue
         for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
             aim = Aim(lambda q=goal.query: scene.kg.ask(q, agent), mentions(goal.query), row)  # type: ignore[misc]

@@ -16,7 +16,7 @@ from adaptbot_cli.core.scene import Scene
 _ROUNDS = 3
 """How often a mended plan is looked at again for what else would mend it."""
 
-_IMPOSSIBLE = frozenset({"E102", "E103", "E202", "E203", "E204", "E302"})
+_IMPOSSIBLE = frozenset({"E102", "E103", "E202", "E203", "E204", "E301", "E302"})
 _TOO_EARLY = frozenset({"E401"})
 """The codes of a step that nothing makes possible, and of one that is not possible where it stands,
 so that steps before it may yet make it so."""
@@ -47,7 +47,7 @@ def mended(report: Report, scene: Scene, parse: Callable[[str], Parsed]) -> Mend
             f"leave out {report.steps[n].call.render()}: {report.steps[n].reason}"
             for n in sorted(out)
         ]
-        changes += [f"add {a.call.render()} {a.where}: {a.reason}" for a in added]
+        changes += [f"add {a.told} {a.where}: {a.reason}" for a in added]
         text = _written(report, out, added)
         report = examine(parse(text), text, scene)
         if report.executable and not report.open:
@@ -65,7 +65,7 @@ def _written(report: Report, out: set[int], added: Sequence[Addition]) -> str:
     """The plan's own steps as a text, without some and with others; the rest is found again."""
     lines = []
     for n in range(len(report.steps) + 1):
-        lines += [addition.call for addition in added if addition.place == n]
+        lines += [call for a in added if a.place == n for call in a.calls]
         if n < len(report.steps):
             step = report.steps[n]
             if n not in out and step.status not in ("inserted", "dropped"):

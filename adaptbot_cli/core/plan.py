@@ -104,7 +104,8 @@ class Goal:
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
     `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
     of the things with which missing steps may bring it about, likeliest first; `before` are the
-    actions before which it should be brought about, by IRI.
+    actions before which it should be brought about, by IRI; `source` is the query as its author
+    wrote it.
     """
 
     query: str
@@ -112,6 +113,7 @@ class Goal:
     classes: tuple[str, ...] = ()
     about: str = ""
     before: frozenset[str] = frozenset()
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)

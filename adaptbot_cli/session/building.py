@@ -112,7 +112,8 @@ def build(
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
     kg = load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
-    planner = _planner(request, chosen, environ, kg, console)
+    library = workspace.library(request.domain)
+    planner = _planner(request, chosen, environ, kg, library, console)
     with ExitStack() as stack:
         human = _human(request, prompts)
         asks = prompts is not None and request.ask and request.answers is None
@@ -145,15 +146,15 @@ def _planner(
     chosen: "Chosen",
     environ: Mapping[str, str],
     kg: "Kg",
+    library: tuple[Path, ...],
     console: "Console",
 ) -> Planner:
     from adaptbot_cli.resources import bundled
 
-    folder = bundled("prompts")
     if chosen.model is None:
         from adaptbot_cli.adapters.planner.library import Library
 
-        return Library(folder / "library" / kg.domain.name, kg.domain)
+        return Library(library, kg.domain)
     from adaptbot_cli.adapters.display import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
     from adaptbot_cli.adapters.planner.model import Model
@@ -164,7 +165,7 @@ def _planner(
     limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
     return Model(
         chosen.model,
-        Prompts(folder, kg),
+        Prompts(bundled("prompts"), kg, library),
         Asking(request.temperature, request.seed, chosen.api_base),
         Budget(limits),
         secrets(environ, chosen.api_base),

@@ -28,8 +28,12 @@ def check(text: str, task: "Task", kg: "Kg") -> Result:
     return drive(inspect(task, kg, parse, text), ports)
 
 
-def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ()) -> Result:
+def replay(
+    path: Path, workspace: Workspace, observers: Sequence[Observer] = (), kg: "Kg | None" = None
+) -> Result:
     """Replay a transcript: no key, no network, no change of the workspace.
+
+    `kg` is the graph that the transcript was made on, if the caller has it loaded.
 
     Raises:
         ReplayError: the run differs from the transcript; the message says at which turn and how.
@@ -41,7 +45,7 @@ def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ())
     from adaptbot_cli.core.tasks import task_for
 
     header, turns = read(path)
-    kg = kg_of(header, path, workspace)
+    kg = kg or kg_of(header, path, workspace)
     task = task_for(str(header.get("task", "")), kg, header.get("requires") or ())
     player = Player(path, kg, turns)
     ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])

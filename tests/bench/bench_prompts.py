@@ -97,7 +97,7 @@ def rows(domain: str, published: Path) -> list[Row]:
 def _row(kg: Kg, entry: Mapping[str, Any]) -> Row:
     task = Task(str(entry["task"]).replace("_", " "), tuple(entry["ingredients"]))
     row = Row(task.name)
-    library = Library(bundled("prompts") / "library" / kg.domain.name, kg.domain)
+    library = Library((bundled("prompts") / "library" / kg.domain.name,), kg.domain)
     planner = Counting(Prompts(bundled("prompts"), kg), library, row)
     ports = Ports(planner, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
     drive(pursue(task, kg, parse, "paper", REPLANS), ports)

@@ -15,9 +15,18 @@ def new_faults(**extra: str) -> list[str]:
 @pytest.mark.parametrize(
     ("attributes", "said"),
     [
-        ("w:board a w:tool .", "board: is a part and a tool; it can be only one of them"),
-        ('w:board ab:alais "plank" .', "board: ab:alais means nothing among the facts; "),
-        ("w:board w:drillable true , false .", "board: drillable has 2 values: false and true"),
+        (
+            "w:board a w:tool .",
+            "attributes.ttl, entry board: is a part and a tool; it can be only one of them",
+        ),
+        (
+            'w:board ab:alais "plank" .',
+            "attributes.ttl, entry board: ab:alais means nothing among the facts; ",
+        ),
+        (
+            "w:board w:drillable true , false .",
+            "attributes.ttl, entry board: drillable has 2 values: false and true; keep one",
+        ),
     ],
 )
 def test_a_fault_of_the_facts(attributes: str, said: str) -> None:
@@ -40,7 +49,7 @@ def test_a_predicate_that_a_condition_misspells() -> None:
     )
     assert [fault for fault in faults(kg) if fault not in SOUND] == [
         'actions.ttl, entry put: hold in "{thing} must be in the hand" is not declared in '
-        "domain.ttl",
+        "domain.ttl; the nearest there is holds",
         'actions.ttl, entry charge: changed in "{tool} is charged already" is not declared in '
-        "domain.ttl",
+        "domain.ttl; the nearest there is charged",
     ]

@@ -1,5 +1,8 @@
 """What can be offered where no knowledge helps: steps to add and steps to leave out."""
 
+import re
+from dataclasses import replace
+
 import pytest
 
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
@@ -74,6 +77,43 @@ def test_an_item_that_no_step_names_is_brought_in_as_well() -> None:
     found = mend(LIME_WATER, KITCHEN, "lime", "water", "sugar")
     assert found is not None
     assert any('put_down_obj("sugar", "glass")' in change for change in found.changes)
+
+
+def test_what_the_task_wants_is_done_where_fewest_steps_do_it() -> None:
+    text = """
+pick_up_rec("pan")
+put_down_rec("pan", "stove")
+switch("stove", "on")
+pick_up_obj("egg")
+put_down_obj("egg", "pan")
+wait(5)
+switch("stove", "off")
+pick_up_rec("plate")
+put_down_rec("plate", "countertop")
+pick_up_rec("pan")
+pour_contents("pan", "plate")
+"""
+    task = replace(task_for("egg sandwich", KITCHEN, ()), required=("egg",))
+    report, scene = looked_at(text, task, KITCHEN)
+    found = mended(report, scene, parse)
+    assert found is not None
+    [change] = found.changes
+    assert re.match(r'add (fry|boil)\("egg", "pan"\) before wait\(5\): ', change)
+
+
+def test_two_steps_that_do_together_what_neither_does_alone() -> None:
+    text = """
+pick_up_obj("all_purpose_flour")
+put_down_obj("all_purpose_flour", "bowl")
+mix_contents("bowl")
+pick_up_rec("bowl")
+put_down_rec("bowl", "table")
+"""
+    task = replace(task_for("fruit cake", KITCHEN, ()), required=("all_purpose_flour",))
+    found = mended(*looked_at(text, task, KITCHEN), parse)
+    assert found is not None
+    [change] = found.changes
+    assert change.startswith('add put_down_rec("bowl", "oven"), switch("oven", "on") before ')
 
 
 def test_what_cannot_be_done_is_left_out_if_the_goal_is_met_without_it() -> None:

@@ -26,10 +26,13 @@ _NAMES_NEAR = frozenset({"E101", "E103", "E201", "E202"})
 
 @dataclass(frozen=True, slots=True)
 class Prompts:
-    """The prompts of a domain. `folder` holds plan.j2, replan.j2 and the plan library."""
+    """The prompts of a domain. `folder` holds plan.j2 and replan.j2, `library` names the example
+    plans' folders, if they are not below it.
+    """
 
     folder: Path
     kg: Kg
+    library: tuple[Path, ...] = ()
 
     def messages(self, turn: Propose) -> list[dict[str, str]]:
         """Return the chat messages that ask for a plan, or for a better one.
@@ -78,7 +81,8 @@ class Prompts:
 
     def _example(self, turn: Propose) -> dict[str, str] | None:
         """The nearest plan of the library, for its form."""
-        library = read_library(self.folder / "library" / self.kg.domain.name)
+        bundled = self.folder / "library" / self.kg.domain.name
+        library = read_library(*(self.library or (bundled,)))
         found = nearest_plan(turn.task.name, library)
         plan = found[0] if found else min(library, key=lambda p: len(p.body), default=None)
         if plan is None:

@@ -1,16 +1,17 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph
 
 from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.pack import Sources, read_domain
-from adaptbot_cli.core.terms import AB, Triple, node_of
+from adaptbot_cli.core.pack import Sources, examine_domain, read_domain
+from adaptbot_cli.core.terms import AB, Triple, local, node_of
 from adaptbot_cli.errors import KnowledgeError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
@@ -36,6 +37,57 @@ def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | 
         return Kg.load(domain, *split(instead, domain))
     facts = [triples(files[name], f"{where}/{name}") for name in FACT_FILES]
     return Kg.load(domain, facts[0], facts[1])
+
+
+def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str]]:
+    """Look at a pack as `load_kg` reads it, and tell every fault rather than the first.
+
+    The graph is None if the files hold none; with faults it is good for further checks only.
+    """
+    graphs: dict[str, Graph] = {}
+    found: list[str] = []
+    for name in (*DOMAIN_FILES, *FACT_FILES):
+        try:
+            graphs[name] = _readable(files, name)
+        except KnowledgeError as error:
+            found.append(str(error))
+    if "domain.ttl" not in graphs:
+        return None, found
+    parts = [graphs.get(name, Graph()) for name in DOMAIN_FILES]
+    domain, notes = examine_domain(Sources(*parts))
+    found += notes.sentences
+    if len(graphs) < len(DOMAIN_FILES) + len(FACT_FILES):
+        return None, found
+    kg = Kg.load(domain, graphs["attributes.ttl"], graphs["state.ttl"])
+    found += _misplaced(graphs, domain)
+    return kg, [*found, *faults(kg)]
+
+
+def _readable(files: Mapping[str, bytes], name: str) -> Graph:
+    if name not in files:
+        raise KnowledgeError(f"{name}: is missing; write it, a domain has five .ttl files")
+    try:
+        files[name].decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = files[name].count(b"\n", 0, error.start) + 1
+        told = f"{name}, line {line}: is no UTF-8 text; save the file as UTF-8"
+        raise KnowledgeError(told) from error
+    try:
+        return parse(files[name], name)
+    except KnowledgeError as error:
+        raise KnowledgeError(f"{error}; correct it there or just before") from error
+
+
+def _misplaced(graphs: Mapping[str, Graph], domain: Domain) -> Iterator[str]:
+    """Facts that stand in the file of the other graph."""
+    other = {"attribute": "attributes.ttl", "state": "state.ttl"}
+    for file in FACT_FILES:
+        for subject, predicate, _ in sorted(graphs[file]):
+            prop = domain.properties.get(predicate)  # type: ignore[call-overload]
+            home = "attributes.ttl" if prop is None else other.get(prop.graph, file)
+            if home != file and (prop is not None or predicate == RDF.type):
+                told = f"{local(predicate)} does not belong here"
+                yield f"{file}, entry {local(subject)}: {told}; move it to {home}"
 
 
 def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[Triple]]:
