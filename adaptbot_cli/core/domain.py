@@ -200,10 +200,16 @@ class Domain:
         return tuple(sorted(kinds, key=lambda kind: (kind.order or 0, kind.label)))
 
     @property
+    def locations(self) -> tuple[URIRef, ...]:
+        """The predicates that say what a thing is in or on."""
+        found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
+        return tuple(sorted(found))
+
+    @property
     def places(self) -> frozenset[URIRef]:
         """The classes of what things can be in or on: the ranges of the location properties."""
-        found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
-        return frozenset(self.properties[iri].range for iri in found if iri in self.properties)
+        known = (self.properties[iri] for iri in self.locations if iri in self.properties)
+        return frozenset(prop.range for prop in known)
 
     def name_properties(self) -> tuple[URIRef, ...]:
         """The predicates that give things their names."""

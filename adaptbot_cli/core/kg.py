@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+import pyoxigraph
+from oxrdflib import OxigraphStore
 from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
@@ -64,18 +66,35 @@ class Kg:
     @classmethod
     def load(cls, domain: Domain, attributes: Iterable[Triple], states: Iterable[Triple]) -> "Kg":
         """Build a graph from the facts of G_k and G_s."""
-        facts = Dataset(store="Oxigraph", default_union=True)
+        kg = cls.over(domain, pyoxigraph.Store())
+        for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
+            homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
+            kg.store.addN((*t, kg._graph(home)) for t, home in homes)
+        return kg
+
+    @classmethod
+    def over(cls, domain: Domain, store: pyoxigraph.Store) -> "Kg":
+        """Build a graph on a store that holds facts in the named graphs of G_k and G_s already.
+
+        A fact that stands in the wrong one of the two is moved: its predicate says where it is.
+        """
+        facts = Dataset(store=OxigraphStore(store=store), default_union=True)
         # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
         facts.namespace_manager = NamespaceManager(facts, bind_namespaces="none")
         kg = cls(domain, facts, domain.name_properties())
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg._graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
-        graphs = {name: kg._graph(name) for name in (ATTRIBUTES, STATES)}
-        for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
-            homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
-            facts.addN((*t, graphs[home]) for t, home in homes)
+        for predicate in domain.properties:
+            _move(store, predicate, kg.home_of(predicate))
         return kg
+
+    def under(self, domain: Domain) -> "Kg":
+        """Return the same facts under another domain, with nothing worked out from them yet.
+
+        What the one learns the other has too, but may have worked out otherwise before.
+        """
+        return Kg(domain, self.facts, domain.name_properties())
 
     def graph(self, name: URIRef) -> Graph:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
@@ -289,6 +308,16 @@ class Kg:
             [row] = self.rows(_SIZE, {})
             self._size = int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
         return self._size
+
+
+def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> None:
+    """Move the facts of a predicate to the one of the two graphs that they belong to."""
+    other = pyoxigraph.NamedNode(ATTRIBUTES if home == STATES else STATES)
+    strays = list(store.quads_for_pattern(None, pyoxigraph.NamedNode(predicate), None, other))
+    for quad in strays:
+        moved = (quad.subject, quad.predicate, quad.object, pyoxigraph.NamedNode(home))
+        store.add(pyoxigraph.Quad(*moved))
+        store.remove(quad)
 
 
 def _iri(kind: Kind) -> str:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.store.keeper import Keeper
+    from adaptbot_cli.adapters.store.opening import Start
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Task
@@ -110,12 +111,13 @@ def build(
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
-    kg = load(workspace, request.domain)
+    human = _human(request, prompts)
+    start = None if request.dry_run else _start(request, workspace)
+    kg = start.kg if start else load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
     library = workspace.library(request.domain)
     planner = _planner(request, chosen, environ, kg, library, console)
     with ExitStack() as stack:
-        human = _human(request, prompts)
         asks = prompts is not None and request.ask and request.answers is None
         screen = Screen(console, kg, task, asks)
         nobody: Any = None
@@ -126,10 +128,9 @@ def build(
             session.sampling = {"temperature": request.temperature, "seed": request.seed}
         transcript = _transcript(request, workspace)
         store: Store = Nowhere()
-        if not request.dry_run:
-            store = session.keeper = _keeper(request, workspace, kg, planner.name, transcript)
-            session.revisions[0] = session.keeper.start()
-            session.edited = session.keeper.edited()
+        if start is not None:
+            store = session.keeper = _keeper(request, workspace, planner.name, transcript)
+            session.revisions[0], session.edited = start.revision, start.edited
             _tell_edits(console, session.edited)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
@@ -207,14 +208,23 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
     return workspace.transcripts / name
 
 
+def _start(request: Request, workspace: Workspace) -> "Start":
+    """Make the workspace ready; the run is on its files as they are then."""
+    from adaptbot_cli.adapters.store.opening import start
+
+    workspace.folder(request.domain)  # a domain that is not there makes no workspace
+    return start(
+        workspace.root, request.domain, partial(workspace.first_files, request.domain), _now
+    )
+
+
 def _keeper(
-    request: Request, workspace: Workspace, kg: "Kg", planner: str, transcript: Path | None
+    request: Request, workspace: Workspace, planner: str, transcript: Path | None
 ) -> "Keeper":
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin
 
     origin = Origin(planner, transcript.name if transcript else "", _now)
-    first = partial(workspace.first_files, request.domain)
-    return Keeper(workspace.root, request.domain, kg, origin, first)
+    return Keeper(workspace.root, request.domain, origin)
 
 
 def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
