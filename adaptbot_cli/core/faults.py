@@ -62,8 +62,12 @@ def faults(kg: Kg) -> list[Fault]:
 
     A home may lack what a task needs: that is `unknown_needs`.
     """
+    return list(dict.fromkeys([*fact_faults(kg), *(Fault("", said) for said in misnamed(kg))]))
+
+
+def fact_faults(kg: Kg) -> list[Fault]:
+    """Return what the domain does not allow in the facts, whatever the pack names."""
     found = [fault for about, known in _by_subject(kg) for fault in _of(kg, about, known)]
-    found += _of_pack(kg)
     return list(dict.fromkeys(found))
 
 
@@ -100,14 +104,15 @@ def unknown_needs(kg: Kg) -> Iterator[str]:
 
 
 def _of_pack(kg: Kg) -> Iterator[Fault]:
-    yield from (Fault("", said) for said in misnamed(kg))
+    """What the actions and properties name that is not there; a home may lack a task's things."""
+    yield from (Fault("", said) for said in misnamed(kg) if not said.startswith("tasks.ttl"))
 
 
 def _effective(kg: Kg, delta: Delta) -> Delta:
     """What a change really changes: what is there is not added, what is not there not removed."""
     removed, added = (
         frozenset(triple for triple in triples if (triple in kg.facts) == there)
-        for triples, there in ((delta.removed, True), (delta.added, False))
+        for triples, there in ((delta.removed - delta.added, True), (delta.added, False))
     )
     return Delta(removed, added)
 
