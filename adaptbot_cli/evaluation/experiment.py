@@ -1,0 +1,171 @@
+"""An experiment: what it is run on, and the one way to run it."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli import __version__
+from adaptbot_cli.adapters.store.reading import read_graphs
+from adaptbot_cli.core.tutor import Policy
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.evaluation import figures
+from adaptbot_cli.evaluation.paper import paper_figures
+from adaptbot_cli.evaluation.recordings import ARMS, Row
+from adaptbot_cli.evaluation.results import Results, digest
+from adaptbot_cli.evaluation.running import Chain, chains, run, workers
+from adaptbot_cli.evaluation.trials import Rules, World
+from adaptbot_cli.workspace import Workspace
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What an experiment is asked to do: the command line, read.
+
+    `kg` and `truth` are Turtle files; without `kg` the base is the workspace's own graph, without
+    `truth` the person knows what the base knows. `select` is a pattern of row ids.
+    """
+
+    domain: str
+    kg: tuple[Path, ...] = ()
+    truth: tuple[Path, ...] = ()
+    arms: tuple[str, ...] = ARMS
+    policy: Policy = "tutor"
+    replans: int = 3
+    cumulative: bool = False
+    human_error: float = 0.0
+    seed: int = 0
+    jobs: int = 1
+    limit: int | None = None
+    select: str | None = None
+    model: str | None = None
+
+    def as_json(self) -> Json:
+        """Return what makes a difference to the figures, for the report."""
+        return {
+            "domain": self.domain,
+            "kg": [str(path) for path in self.kg],
+            "truth": [str(path) for path in self.truth],
+            "arms": list(self.arms),
+            "policy": self.policy,
+            "replans": self.replans,
+            "cumulative": self.cumulative,
+            "human_error": self.human_error,
+            "seed": self.seed,
+            "model": self.model,
+            "version": __version__,
+        }
+
+
+@dataclass(slots=True)
+class Experiment:
+    """Rows, a world and rules, ready to run; `skipped` counts the rows of other domains."""
+
+    setting: Setting
+    rows: list[Row]
+    world: World
+    rules: Rules
+    skipped: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def size(self) -> int:
+        """The number of trials."""
+        return len(self.rows) * len(self.setting.arms)
+
+    def key(self) -> str:
+        """Return what tells this experiment from others, its inputs included."""
+        graphs = (self.world.base or (), self.world.truth or ())
+        contents = [repr(row).encode() for row in self.rows]
+        contents += [self.world.files[name] for name in sorted(self.world.files)]
+        contents += [repr(sorted(graph)).encode() for graph in graphs]
+        return digest(self.setting.as_json(), contents)
+
+    def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:
+        """Return the processes to run what is left, as a context that starts and stops them."""
+        return workers(self.world, self.rules, min(self.setting.jobs, max(1, self.left(results))))
+
+    def run(
+        self,
+        results: Results,
+        ended: Callable[[Json], None] = lambda trial: None,
+        pool: ProcessPoolExecutor | None = None,
+    ) -> list[Json]:
+        """Run what `results` does not hold yet; returns all trials, in the order of the rows."""
+        todo = [chain for chain in self._chains() if not self._is_done(chain, results)]
+        for trial in run(todo, self.world, self.rules, pool):
+            told = trial.as_json()
+            results.add(told)
+            ended(told)
+        order = [(row.id, arm) for row in self.rows for arm in self.setting.arms]
+        return [results.done[key] for key in order]
+
+    def left(self, results: Results) -> int:
+        """Return the number of trials that are still to be run."""
+        chains = (chain for chain in self._chains() if not self._is_done(chain, results))
+        return sum(len(chain.rows) for chain in chains)
+
+    def _chains(self) -> list[Chain]:
+        return chains(self.rows, self.setting.arms, self.setting.cumulative)
+
+    def _is_done(self, chain: Chain, results: Results) -> bool:
+        # A chain that was interrupted starts again: what it had learned is not on disk.
+        return all(key in results.done for key in chain.keys)
+
+
+def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Experiment:
+    """Choose the rows and load what trials start from.
+
+    Raises:
+        UsageError: no row is left to run, or there is no such domain.
+        KnowledgeError: a graph cannot be read.
+    """
+    world = World(
+        workspace.files(setting.domain),
+        str(workspace.folder(setting.domain)),
+        read_graphs(setting.kg),
+        read_graphs(setting.truth) or read_graphs(setting.kg),
+    )
+    ours, skipped = _of_domain(rows, world)
+    chosen = [row for row in ours if fnmatchcase(row.id, setting.select or "*")]
+    if not chosen:
+        raise UsageError(_nothing_left(setting, rows, ours))
+    rules = Rules(setting.policy, setting.replans, setting.human_error, setting.seed, setting.model)
+    return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
+
+
+def _of_domain(rows: Sequence[Row], world: World) -> tuple[list[Row], Counter[str]]:
+    """The rows that are of the world's domain, and how many are of each other one."""
+    domain = world.domain
+    names = {"", domain.name, *domain.aliases}
+    ours = [row for row in rows if row.domain in names]
+    return ours, Counter(row.domain for row in rows if row.domain not in names)
+
+
+def _nothing_left(setting: Setting, rows: Sequence[Row], ours: Sequence[Row]) -> str:
+    if ours:
+        return f'no recording\'s id matches "{setting.select}"; the first is "{ours[0].id}"'
+    found = ", ".join(sorted({row.domain for row in rows}))
+    return (
+        f"no recording is of the domain {setting.domain}; there are some of {found}. If one of "
+        f"these is meant, its name is an ab:alias in kg/{setting.domain}/domain.ttl"
+    )
+
+
+def report(settings: Json, trials: Sequence[Json]) -> Json:
+    """Return everything that trials came to, as one object (docs/evaluation.md)."""
+    cumulative = bool(settings["cumulative"])
+    found = figures.groups(trials, cumulative)
+    for group in found:
+        group["paper"] = paper_figures(group["model"], group["domain"])
+    return {
+        "arms": figures.figures(trials, cumulative),
+        "groups": found,
+        "settings": settings,
+        "trials": list(trials),
+    }
