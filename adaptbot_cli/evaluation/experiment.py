@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,11 @@ from adaptbot_cli.core.tutor import Policy
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation import figures
 from adaptbot_cli.evaluation.paper import paper_figures
-from adaptbot_cli.evaluation.recordings import ARMS, Row
+from adaptbot_cli.evaluation.published import Series
+from adaptbot_cli.evaluation.recordings import ARMS, Row, row_of
 from adaptbot_cli.evaluation.results import Results, digest
 from adaptbot_cli.evaluation.running import Chain, chains, run, workers
-from adaptbot_cli.evaluation.trials import Rules, World
+from adaptbot_cli.evaluation.trials import Rules, World, first_answer
 from adaptbot_cli.workspace import Workspace
 
 Json = dict[str, Any]
@@ -96,7 +97,14 @@ class Experiment:
         ended: Callable[[Json], None] = lambda trial: None,
         pool: ProcessPoolExecutor | None = None,
     ) -> list[Json]:
-        """Run what `results` does not hold yet; returns all trials, in the order of the rows."""
+        """Run what `results` does not hold yet; returns all trials, in the order of the rows.
+
+        Of a live model the answers to the tasks come first: all arms start from them.
+
+        Raises:
+            ModelError: a live model gave no first answer.
+        """
+        self._first_answers(results)
         todo = [chain for chain in self._chains() if not self._is_done(chain, results)]
         for trial in run(todo, self.world, self.rules, pool):
             told = trial.as_json()
@@ -104,6 +112,14 @@ class Experiment:
             ended(told)
         order = [(row.id, arm) for row in self.rows for arm in self.setting.arms]
         return [results.done[key] for key in order]
+
+    def _first_answers(self, results: Results) -> None:
+        if self.rules.model is None:
+            return
+        for n, row in enumerate(self.rows):
+            if row.id not in results.firsts:
+                results.first(row.id, first_answer(row, self.world, self.rules))
+            self.rows[n] = replace(row, answers={ARMS[0]: (results.firsts[row.id],)})
 
     def left(self, results: Results) -> int:
         """Return the number of trials that are still to be run."""
@@ -137,6 +153,37 @@ def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Expe
         raise UsageError(_nothing_left(setting, rows, ours))
     rules = Rules(setting.policy, setting.replans, setting.human_error, setting.seed, setting.model)
     return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
+
+
+def of_published(
+    series: Sequence[Series], setting: Setting, workspace: Workspace
+) -> list[Experiment]:
+    """Return an experiment for each of the authors' series, on its own graphs.
+
+    Raises:
+        UsageError: no row is left to run, or no domain knows the name of theirs.
+        KnowledgeError: a graph cannot be read.
+    """
+    found = []
+    for each in series:
+        rows = [row_of(row, row["id"]) for row in each.rows]
+        if not any(fnmatchcase(row.id, setting.select or "*") for row in rows):
+            continue
+        domain = _domain_called(each.domain, workspace)
+        own = replace(setting, domain=domain, kg=(each.initial,), truth=(each.after,))
+        found.append(prepare(own, rows, workspace))
+    if not found:
+        raise UsageError(f'no recording\'s id matches "{setting.select}"')
+    return found
+
+
+def _domain_called(name: str, workspace: Workspace) -> str:
+    """The domain that recordings call by a name."""
+    for domain in workspace.domains():
+        world = World(workspace.files(domain), domain)
+        if name in (world.domain.name, *world.domain.aliases):
+            return domain
+    raise UsageError(f'no domain is called "{name}": give one this name, as ab:alias in domain.ttl')
 
 
 def _of_domain(rows: Sequence[Row], world: World) -> tuple[list[Row], Counter[str]]:

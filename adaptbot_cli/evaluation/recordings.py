@@ -46,7 +46,10 @@ def read_recordings(path: Path) -> list[Row]:
     Raises:
         UsageError: the file cannot be read or a line has another form; names file and line.
     """
-    rows = [_row(told, f"{path}, line {n}") for n, told in read_lines(path)]
+    lines = read_lines(path)
+    if lines and "trials" not in lines[0][1]:
+        raise UsageError(f"{path} holds no answers, only tasks: name who plans them with --model")
+    rows = [row_of(told, f"{path}, line {n}") for n, told in lines]
     if not rows:
         raise UsageError(f"{path} holds no recordings: it needs one JSON object a line")
     seen: dict[str, int] = {}
@@ -83,7 +86,8 @@ def read_text(path: Path) -> str:
         raise UsageError(f"{path} is no UTF-8 text: {error.reason}") from error
 
 
-def _row(told: dict[str, Any], where: str) -> Row:
+def row_of(told: Mapping[str, Any], where: str) -> Row:
+    """Return one recording as a row; `where` it stands is said in errors. Raises UsageError."""
     task = _text(told, "task", where)
     trials = told.get("trials")
     if not isinstance(trials, dict) or not trials:

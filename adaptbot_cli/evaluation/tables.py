@@ -8,6 +8,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from adaptbot_cli.evaluation.comparing import Difference
+
 Json = dict[str, Any]
 HEADS = {"llm": "LLM", "llm+kg": "LLM + KG", "llm+kg+human": "LLM + KG + Human"}
 
@@ -66,6 +68,36 @@ def tables(report: Json) -> RenderableType:
     if scored:
         parts += [_scored(scored)]
     return Group(*parts)
+
+
+def differences(found: Sequence[Difference]) -> RenderableType:
+    """Lay out what changed from one experiment to another."""
+    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
+    for head in ("arm", "measure"):
+        table.add_column(head, no_wrap=True)
+    for head in ("before", "after", "difference [95 %]", "better, worse", "p"):
+        table.add_column(head, justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    for change in found:
+        if change.before == change.after and not change.better and not change.worse:
+            continue
+        low, high = change.interval
+        gap = change.after - change.before
+        mark = Text("worse", "bold red") if change.regression else Text()
+        p = "" if change.p is None else f"{change.p:.3f}"
+        table.add_row(
+            change.arm,
+            change.measure,
+            f"{change.before:.4g}",
+            f"{change.after:.4g}",
+            f"{gap:+.3g} [{low:+.3g}, {high:+.3g}]",
+            f"{change.better}, {change.worse}",
+            p,
+            mark,
+        )
+    if not table.row_count:
+        return Text("nothing changed")
+    return table
 
 
 def _title(group: Json, settings: Json) -> Text:

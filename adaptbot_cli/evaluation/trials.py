@@ -6,6 +6,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.planner.choice import LIBRARY
+from adaptbot_cli.adapters.planner.library import Library
+from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.planner.recorded import Recorded
 from adaptbot_cli.adapters.simulated import SimulatedHuman
@@ -36,7 +39,7 @@ from adaptbot_cli.session.driving import Nowhere
 @dataclass(frozen=True, slots=True)
 class Rules:
     """How trials are run. `human_error` is the probability of a wrong answer; `model` plans live,
-    without one the rows' recorded answers do."""
+    `LIBRARY` is the plan library; without one the rows' recorded answers plan."""
 
     policy: Policy = "tutor"
     replans: int = 3
@@ -124,20 +127,43 @@ def perform(
     started = time.perf_counter()
     kg = world.fresh(carried)
     task = task_of(row, kg)
-    said = row.said(arm)
-    planner = Listening(Recorded(row.model, said, Prompts(bundled("prompts"), kg)))
+    planner = Listening(_planner(row, arm, rules, kg))
     person = SimulatedHuman(world.true, rules.human_error, f"{rules.seed}|{row.id}")
     human = person if arm == "llm+kg+human" else AbsentHuman()
     ports = Ports(planner, human, Rehearsal(kg), world.lexicon, Nowhere())
     result = drive(_turns(arm, task, kg, rules), ports)
     seconds = time.perf_counter() - started
-    return _measured(row, arm, result, kg, person, seconds), result.lessons
+    trial = _measured(row, arm, result, kg, person, seconds)
+    said = tuple(planner.said) if rules.model else ()
+    return replace(trial, answers=said), result.lessons
+
+
+def first_answer(row: Row, world: World, rules: Rules) -> str:
+    """Ask a live model for the plan that all arms start from. Raises ModelError."""
+    kg = world.fresh()
+    return live(rules.model or LIBRARY, kg).propose(Propose(task_of(row, kg))).text
+
+
+def live(model: str, kg: Kg) -> Planner:
+    """Return the planner that a name stands for: a model, or the plan library."""
+    folder = bundled("prompts")
+    if model == LIBRARY:
+        return Library(folder / "library" / kg.domain.name, kg.domain)
+    return Model(model, Prompts(folder, kg))
+
+
+def _planner(row: Row, arm: str, rules: Rules, kg: Kg) -> Planner:
+    if rules.model == LIBRARY:
+        return live(LIBRARY, kg)  # it says the same each time, and costs nothing
+    beyond = live(rules.model, kg) if rules.model else None
+    return Recorded(row.model, row.said(arm), Prompts(bundled("prompts"), kg), beyond)
 
 
 def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
+    replans = 0 if rules.model == LIBRARY else rules.replans
     if arm == "llm":
-        return unaided(task, kg, parse, rules.replans)
-    return pursue(task, kg, parse, rules.policy, rules.replans)
+        return unaided(task, kg, parse, replans)
+    return pursue(task, kg, parse, rules.policy, replans)
 
 
 def _measured(
