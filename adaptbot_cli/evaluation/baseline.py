@@ -3,12 +3,13 @@
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.plan import Change, Finding, Parsed, Task, Written
+from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.static import understand
@@ -80,11 +81,19 @@ def _blocking(findings: tuple[Finding, ...]) -> Iterator[Finding]:
 
 
 def _first_error(parsed: Parsed, walk: Walk, scene: Scene) -> Finding | None:
-    for written in parsed.calls:
+    for place, written in enumerate(parsed.calls):
         error = _step(written, walk, scene)
         if error is not None:
+            _not_reached(parsed.calls[place + 1 :], walk)
             return error
     return None
+
+
+def _not_reached(calls: tuple[Written, ...], walk: Walk) -> None:
+    for written in calls:
+        walk.steps.append(Step(written.call, written.source, written.line, "finding"))
+        walk.bounds.append(None)
+        walk.deltas.append(Delta())
 
 
 def _step(written: Written, walk: Walk, scene: Scene) -> Finding | None:
@@ -94,7 +103,9 @@ def _step(written: Written, walk: Walk, scene: Scene) -> Finding | None:
     change = meant.change or next(iter(sound.changes), None)
     number = len(walk.steps) + 1
     if change is not None or not meant.calls:
-        return _not_as_written(change, written, number)
+        error = _not_as_written(change, written, number)
+        _not_reached((written,), walk)
+        return error
     seen = len(walk.findings)
     walk.take(written, sound)
     return next(_blocking(tuple(walk.findings[seen:])), None)

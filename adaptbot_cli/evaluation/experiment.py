@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from adaptbot_cli import __version__
-from adaptbot_cli.adapters.store.reading import read_graphs
+from adaptbot_cli.adapters.store.reading import read_files, read_graphs
 from adaptbot_cli.core.tutor import Policy
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation import figures
@@ -20,6 +20,7 @@ from adaptbot_cli.evaluation.recordings import ARMS, Row, row_of
 from adaptbot_cli.evaluation.results import Results, digest
 from adaptbot_cli.evaluation.running import Chain, chains, run, workers
 from adaptbot_cli.evaluation.trials import Rules, World, first_answer
+from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 
 Json = dict[str, Any]
@@ -180,18 +181,29 @@ def of_published(
 def _domain_called(name: str, workspace: Workspace) -> str:
     """The domain that recordings call by a name."""
     for domain in workspace.domains():
-        world = World(workspace.files(domain), domain)
-        if name in (world.domain.name, *world.domain.aliases):
+        known = _names(World(workspace.files(domain), domain)) | _names_in_bundle(domain)
+        if name in known:
             return domain
     raise UsageError(f'no domain is called "{name}": give one this name, as ab:alias in domain.ttl')
 
 
 def _of_domain(rows: Sequence[Row], world: World) -> tuple[list[Row], Counter[str]]:
     """The rows that are of the world's domain, and how many are of each other one."""
-    domain = world.domain
-    names = {"", domain.name, *domain.aliases}
+    names = {"", *_names(world)}
+    if not any(row.domain in names for row in rows):
+        # A workspace may be older than the names in the pack that it was made from.
+        names |= _names_in_bundle(world.domain.name)
     ours = [row for row in rows if row.domain in names]
     return ours, Counter(row.domain for row in rows if row.domain not in names)
+
+
+def _names(world: World) -> set[str]:
+    return {world.domain.name, *world.domain.aliases}
+
+
+def _names_in_bundle(domain: str) -> set[str]:
+    folder = bundled("kg") / domain
+    return _names(World(read_files(folder), domain)) if folder.is_dir() else set()
 
 
 def _nothing_left(setting: Setting, rows: Sequence[Row], ours: Sequence[Row]) -> str:

@@ -8,8 +8,9 @@ from typing import Any
 from rdflib import URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.kg import Delta, Kg
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.report import Bound, Report, Result
 from adaptbot_cli.core.summary import findings
@@ -89,11 +90,11 @@ def seen(result: Result, required: Iterable[str], kg: Kg) -> Seen:
     }
     used = tuple(name for name in wanted if met & set(kg.find(name)))
     told = {normal(f.subject) for f in findings(result)} | set(map(normal, result.report.missing))
-    live = _named_by_live_steps(result.report, kg)
+    names, things = _named(result.report, kg)
     lost = tuple(
         name
         for name in wanted
-        if normal(name) not in told | live and not live_entities(name, result.report, kg)
+        if normal(name) not in told | names and not things & set(kg.find(name))
     )
     return Seen(used, tuple(name for name in wanted if worked & set(kg.find(name))), lost)
 
@@ -120,27 +121,21 @@ def _carries(action: Action, delta: Delta, needed: set[URIRef], kg: Kg) -> bool:
     if action.fetches:
         return True
     places = {kind.location_property for kind in kg.domain.kinds.values()}
-    moves = [t for t in delta.added if t[1] in places]
-    others = [t for t in delta.added if t[1] not in places and t[0] != kg.domain.agent]
-    if others or not moves:
+    changed = delta.added | delta.removed
+    if any(t[1] not in places and t[0] != kg.domain.agent for t in changed):
         return False
     movable = {c for a in kg.domain.actions.values() if a.fetches for c in a.parameters[0].classes}
-    return not any(kg.is_a(to, movable) or to in needed for _, _, to in moves)
+    reached = [t[2] for t in delta.added if t[1] in places]
+    return not any(kg.is_a(place, movable) or place in needed for place in reached)
 
 
-def _named_by_live_steps(report: Report, kg: Kg) -> set[str]:
-    return {normal(arg) for step in report.live for arg in step.call.args}
-
-
-def live_entities(name: str, report: Report, kg: Kg) -> bool:
-    """Tell whether a step that is to be executed is about the item of this name."""
-    meant = set(kg.find(name))
+def _named(report: Report, kg: Kg) -> tuple[set[str], set[Node]]:
+    """What the steps that were not dropped are about: names as written, and things."""
     rows = zip(report.steps, report.bounds, strict=True)
-    return any(
-        meant & set(bound.values.values())
-        for step, bound in rows
-        if bound is not None and step.status not in ("dropped", "finding")
-    )
+    kept = [(step, bound) for step, bound in rows if step.status != "dropped"]
+    names = {normal(arg) for step, _ in kept for arg in step.call.args}
+    things = {value for _, bound in kept if bound for value in bound.values.values()}
+    return names, things | {entity for name in names for entity in kg.find(name)}
 
 
 def substitutions(result: Result) -> tuple[dict[str, str], ...]:

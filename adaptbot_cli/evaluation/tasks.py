@@ -66,11 +66,11 @@ def _row(told: Any, where: str, index: int, domain: str) -> Row:
 def _parts(told: Any) -> tuple[Any, Any]:
     """The task of an entry and what it requires, in whichever form it is written."""
     if isinstance(told, str):
-        task, _, items = told.partition(":")
-        return task, _split(items)
+        name, _, rest = told.partition(":")
+        return name, _split(rest)
     if not isinstance(told, dict):
         return None, None
-    if "task" not in told and len(told) == 1:
+    if len(told) == 1 and not told.keys() & {"task", "requires", "ingredients"}:
         [(task, items)] = told.items()
     else:
         task, items = told.get("task"), told.get("requires", told.get("ingredients", []))
