@@ -59,8 +59,9 @@ class Trial:
     answers: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the trial as a plain object."""
-        return asdict(self)
+        """Return the trial as a plain object, as it is read back from a file."""
+        told = asdict(self)
+        return {key: list(v) if isinstance(v, tuple) else v for key, v in told.items()}
 
 
 @dataclass(frozen=True, slots=True)

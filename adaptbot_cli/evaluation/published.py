@@ -165,7 +165,8 @@ def _by_field(text: str) -> Json:
     found: Json = {}
     for name, value in re.findall(r'"([#\w]+)"\s*:\s*(-?[\d.]+|"[^"\n]*"|\[[^\]]*\])', text):
         if value[0] == "[":
-            found[name] = re.findall(r'"([^"\n,]+)', value)
+            parts = (part.strip().strip('"') for part in value[1:-1].split(","))
+            found[name] = [part for part in parts if part]
         else:
             found[name] = json.loads(value)
     return found

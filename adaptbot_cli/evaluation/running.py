@@ -83,6 +83,7 @@ def workers(world: World, rules: Rules, jobs: int) -> Iterator[ProcessPoolExecut
         pool.shutdown(wait=False, cancel_futures=True)
         for process in multiprocessing.active_children():
             process.terminate()  # nobody waits for what still runs
+            process.join(timeout=5)
 
 
 def _in_pool(todo: Sequence[Chain], pool: ProcessPoolExecutor) -> Iterator[Trial]:
