@@ -57,6 +57,9 @@ MEASURES = (
 )
 
 
+TITLES = {measure.name: measure.title.removesuffix(", %") for measure in MEASURES}
+
+
 def tables(report: Json) -> RenderableType:
     """Lay out a report: one table for each model and domain, and what people scored."""
     settings, groups = report["settings"], report["groups"]
@@ -71,33 +74,31 @@ def tables(report: Json) -> RenderableType:
 
 
 def differences(found: Sequence[Difference]) -> RenderableType:
-    """Lay out what changed from one experiment to another."""
-    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
-    for head in ("arm", "measure"):
-        table.add_column(head, no_wrap=True)
-    for head in ("before", "after", "difference [95 %]", "better, worse", "p"):
-        table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    for change in found:
-        if change.before == change.after and not change.better and not change.worse:
-            continue
-        low, high = change.interval
-        gap = change.after - change.before
-        mark = Text("worse", "bold red") if change.regression else Text()
-        p = "" if change.p is None else f"{change.p:.3f}"
-        table.add_row(
-            change.arm,
-            change.measure,
-            f"{change.before:.4g}",
-            f"{change.after:.4g}",
-            f"{gap:+.3g} [{low:+.3g}, {high:+.3g}]",
-            f"{change.better}, {change.worse}",
-            p,
-            mark,
-        )
-    if not table.row_count:
+    """Lay out what changed from one experiment to another, arm by arm."""
+    changed = [d for d in found if d.before != d.after or d.better or d.worse]
+    if not changed:
         return Text("nothing changed")
+    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
+    table.add_column("")
+    table.add_column("mean a task")
+    for head in ("before", "after", "change [95 %]", "better, worse", "p"):
+        table.add_column(head, justify="right")
+    for arm in dict.fromkeys(change.arm for change in changed):
+        table.add_row("", Text(HEADS[arm], "bold"))
+        for change in (each for each in changed if each.arm == arm):
+            table.add_row(*_change(change))
     return table
+
+
+def _change(change: Difference) -> list[Text]:
+    low, high = change.interval
+    gap = f"{change.after - change.before:+.3g} [{low:.3g}–{high:.3g}]".replace("-", "−")
+    mark = Text("worse", "bold red") if change.regression else Text()
+    title = TITLES.get(change.measure, change.measure)
+    values = [title, f"{change.before:.4g}", f"{change.after:.4g}", gap]
+    values += [f"{change.better}, {change.worse}"]
+    values += ["" if change.p is None else f"{change.p:.2g}"]
+    return [mark, *map(Text, values)]
 
 
 def _title(group: Json, settings: Json) -> Text:
