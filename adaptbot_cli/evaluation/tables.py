@@ -80,9 +80,9 @@ def differences(found: Sequence[Difference]) -> RenderableType:
         return Text("nothing changed")
     table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
     table.add_column("")
-    table.add_column("mean a task")
-    for head in ("before", "after", "change [95 %]", "better, worse", "p"):
-        table.add_column(head, justify="right")
+    table.add_column("mean a task", no_wrap=True)
+    for head in ("before", "after", "change [95 %]", "+, −", "p"):
+        table.add_column(head, justify="right", no_wrap=True)
     for arm in dict.fromkeys(change.arm for change in changed):
         table.add_row("", Text(HEADS[arm], "bold"))
         for change in (each for each in changed if each.arm == arm):
@@ -92,7 +92,9 @@ def differences(found: Sequence[Difference]) -> RenderableType:
 
 def _change(change: Difference) -> list[Text]:
     low, high = change.interval
-    gap = f"{change.after - change.before:+.3g} [{low:.3g}–{high:.3g}]".replace("-", "−")
+    gap = f"{change.after - change.before:+.2g} [{low:.2g}, {high:.2g}]".replace("-", "−")
+    if abs(change.after - change.before) >= 10:
+        gap = f"{change.after - change.before:+.0f} [{low:.0f}, {high:.0f}]".replace("-", "−")
     mark = Text("worse", "bold red") if change.regression else Text()
     title = TITLES.get(change.measure, change.measure)
     values = [title, f"{change.before:.4g}", f"{change.after:.4g}", gap]
