@@ -90,7 +90,10 @@ class Experiment:
 
     def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:
         """Return the processes to run what is left, as a context that starts and stops them."""
-        return workers(self.world, self.rules, min(self.setting.jobs, max(1, self.left(results))))
+        jobs = min(self.setting.jobs, max(1, self.left(results)))
+        if jobs > 1:
+            self.world.warm(dict.fromkeys(row.model for row in self.rows))
+        return workers(self.world, self.rules, jobs)
 
     def run(
         self,

@@ -1,11 +1,12 @@
 """One trial: one task in one arm, on a graph of its own."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.planner import tokens
 from adaptbot_cli.adapters.planner.choice import LIBRARY
 from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.planner.model import Model
@@ -59,7 +60,6 @@ class World:
     where: str
     base: Sequence[Triple] | None = None
     truth: Sequence[Triple] | None = None
-    lexicon: WordNet = field(default_factory=WordNet)
 
     @cached_property
     def _first(self) -> Kg:
@@ -82,6 +82,13 @@ class World:
         """The graph that knows the truth."""
         return load_kg(self.files, self.where, self.truth)
 
+    def warm(self, models: Iterable[str]) -> None:
+        """Load what trials need, so that processes forked from this one find it loaded."""
+        self._facts, self.true  # noqa: B018 - both are worked out once, when first asked for
+        words().related("thing", self.domain.noun_fields)
+        for model in models:
+            tokens.encoding_name(model)
+
     def __reduce__(self) -> tuple[object, ...]:
         """Give another process the sources: graphs live in an engine that cannot be sent."""
         return (World, (self.files, self.where, self.base, self.truth))
@@ -93,6 +100,12 @@ class World:
         for lesson in carried:
             teach.take(lesson, scene)
         return kg
+
+
+@cache
+def words() -> WordNet:
+    """Return the word knowledge, loaded once for all worlds."""
+    return WordNet()
 
 
 @dataclass(slots=True)
@@ -130,7 +143,7 @@ def perform(
     planner = Listening(_planner(row, arm, rules, kg))
     person = SimulatedHuman(world.true, rules.human_error, f"{rules.seed}|{row.id}")
     human = person if arm == "llm+kg+human" else AbsentHuman()
-    ports = Ports(planner, human, Rehearsal(kg), world.lexicon, Nowhere())
+    ports = Ports(planner, human, Rehearsal(kg), words(), Nowhere())
     result = drive(_turns(arm, task, kg, rules), ports)
     seconds = time.perf_counter() - started
     trial = _measured(row, arm, result, kg, person, seconds)
