@@ -150,6 +150,7 @@ def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Expe
         str(workspace.folder(setting.domain)),
         read_graphs(setting.kg),
         read_graphs(setting.truth) or read_graphs(setting.kg),
+        workspace.library(setting.domain),
     )
     ours, skipped = _of_domain(rows, world)
     chosen = [row for row in ours if fnmatchcase(row.id, setting.select or "*")]

@@ -4,6 +4,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from pathlib import Path
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner import tokens
@@ -53,13 +54,15 @@ class Rules:
 class World:
     """What trials start from: a domain pack's files, the facts of the base graph, the truth.
 
-    `base` and `truth` replace the facts of the pack, where they are given.
+    `base` and `truth` replace the facts of the pack, where they are given; `library` names the
+    folders of its plans.
     """
 
     files: Mapping[str, bytes]
     where: str
     base: Sequence[Triple] | None = None
     truth: Sequence[Triple] | None = None
+    library: tuple[Path, ...] = ()
 
     @cached_property
     def _first(self) -> Kg:
@@ -91,7 +94,7 @@ class World:
 
     def __reduce__(self) -> tuple[object, ...]:
         """Give another process the sources: graphs live in an engine that cannot be sent."""
-        return (World, (self.files, self.where, self.base, self.truth))
+        return (World, (self.files, self.where, self.base, self.truth, self.library))
 
     def fresh(self, carried: Sequence[Lesson] = ()) -> Kg:
         """Return the base graph, a new one each time, with lessons carried over."""
@@ -140,7 +143,7 @@ def perform(
     started = time.perf_counter()
     kg = world.fresh(carried)
     task = task_of(row, kg)
-    planner = Listening(_planner(row, arm, rules, kg))
+    planner = Listening(_planner(row, arm, rules, world, kg))
     person = SimulatedHuman(world.true, rules.human_error, f"{rules.seed}|{row.id}")
     human = person if arm == "llm+kg+human" else AbsentHuman()
     ports = Ports(planner, human, Rehearsal(kg), words(), Nowhere())
@@ -154,22 +157,25 @@ def perform(
 def first_answer(row: Row, world: World, rules: Rules) -> str:
     """Ask a live model for the plan that all arms start from. Raises ModelError."""
     kg = world.fresh()
-    return live(rules.model or LIBRARY, kg).propose(Propose(task_of(row, kg))).text
+    return live(rules.model or LIBRARY, world, kg).propose(Propose(task_of(row, kg))).text
 
 
-def live(model: str, kg: Kg) -> Planner:
+def live(model: str, world: World, kg: Kg) -> Planner:
     """Return the planner that a name stands for: a model, or the plan library."""
-    folder = bundled("prompts")
     if model == LIBRARY:
-        return Library(folder / "library" / kg.domain.name, kg.domain)
-    return Model(model, Prompts(folder, kg))
+        return Library(world.library, kg.domain)
+    return Model(model, _prompts(world, kg))
 
 
-def _planner(row: Row, arm: str, rules: Rules, kg: Kg) -> Planner:
+def _planner(row: Row, arm: str, rules: Rules, world: World, kg: Kg) -> Planner:
     if rules.model == LIBRARY:
-        return live(LIBRARY, kg)  # it says the same each time, and costs nothing
-    beyond = live(rules.model, kg) if rules.model else None
-    return Recorded(row.model, row.said(arm), Prompts(bundled("prompts"), kg), beyond)
+        return live(LIBRARY, world, kg)  # it says the same each time, and costs nothing
+    beyond = live(rules.model, world, kg) if rules.model else None
+    return Recorded(row.model, row.said(arm), _prompts(world, kg), beyond)
+
+
+def _prompts(world: World, kg: Kg) -> Prompts:
+    return Prompts(bundled("prompts"), kg, world.library)
 
 
 def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
