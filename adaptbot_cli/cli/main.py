@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
 from adaptbot_cli.cli import check, doctor, domain, kg, progress, replay, run
+from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.errors import AdaptbotError, Interrupted
 
 
@@ -41,6 +42,7 @@ app.command("doctor")(doctor.doctor)
 app.command("progress")(progress.progress)
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")
+app.add_typer(evaluate.app, name="eval")
 
 
 def _version(wanted: bool) -> None:

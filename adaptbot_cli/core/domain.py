@@ -172,7 +172,10 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """Everything that the tool knows of a domain before it looks at the facts."""
+    """Everything that the tool knows of a domain before it looks at the facts.
+
+    `aliases` are the names under which recordings of experiments know it.
+    """
 
     iri: URIRef
     name: str
@@ -192,6 +195,7 @@ class Domain:
     task_names: Mapping[str, Task]
     goals: tuple[Goal, ...]
     advice: tuple[Goal, ...]
+    aliases: tuple[str, ...] = ()
 
     @property
     def teachable(self) -> tuple[Kind, ...]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -70,11 +71,17 @@ def library_files(*folders: Path) -> list[Path]:
 
 
 def read_plan(path: Path) -> LibraryPlan:
-    """Read one plan. Raises PackError."""
+    """Read one plan, unless it has been read before and not been changed. Raises PackError."""
     try:
-        parts = path.read_text(encoding="utf-8").split("---\n", 2)
+        return _read(path, path.stat().st_mtime_ns)
     except OSError as error:
         raise PackError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+@lru_cache(maxsize=512)
+def _read(path: Path, _changed: int) -> LibraryPlan:
+    try:
+        parts = path.read_text(encoding="utf-8").split("---\n", 2)
     except UnicodeDecodeError as error:
         raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
     if len(parts) != 3:

@@ -71,6 +71,7 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         task_names=dict(tasks),
         goals=_goals(domain, AB.goal),
         advice=_goals(domain, AB.advice),
+        aliases=tuple(domain.texts(AB.alias)),
     )
     return read, notes
 
