@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.core.report import Result
-    from adaptbot_cli.session import Session
+    from adaptbot_cli.session import Request, Session
+    from adaptbot_cli.workspace import Workspace
 
 FINDINGS = 3
 
@@ -84,6 +85,10 @@ def run(
     apply: Annotated[
         bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
     ] = False,
+    full: Annotated[
+        bool,
+        typer.Option("--full", help="Ask all there is to know of a new thing."),
+    ] = False,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
     ] = None,
@@ -100,7 +105,7 @@ def run(
     settings, named = home.settings, domain_name(domain, home)
     screen = console(stderr=json)
     chosen = opened(screen, home, asked, named, model, api_base)
-    from adaptbot_cli.session import Request, build  # slow: the first line is there by now
+    from adaptbot_cli.session import Request  # slow: the first line is there by now
 
     request = Request(
         task=asked,
@@ -119,11 +124,24 @@ def run(
         max_cost=max_cost if max_cost is not None else settings.get("max_cost"),
         temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
         seed=seed if seed is not None else settings.get("seed", 0),
+        full=full,
     )
+    return pursue(request, home, json)
+
+
+def pursue(request: "Request", home: "Workspace", json: bool) -> int:
+    """Pursue what is asked for, in this terminal; return the exit code."""
+    from adaptbot_cli.errors import Interrupted
+    from adaptbot_cli.session import build
+
+    screen = console(stderr=json)
     prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
     started = time.monotonic()
     with build(request, home, os.environ, screen, prompts) as session:
-        result = session.run()
+        try:
+            result = session.run()
+        except KeyboardInterrupt:
+            raise Interrupted(_interrupted(session, home)) from None
         if json:
             from adaptbot_cli.core.summary import summary
 
@@ -132,9 +150,28 @@ def run(
             print_json(told)
         else:
             session.screen.finish(result, result.revision)
-            if not dry_run:
+            if not request.dry_run:
                 _tell_where(screen, session, home.root)
+        for sentence in session.unused():
+            _note(screen, sentence)
     return exit_code(result)
+
+
+def _note(screen: "Console", told: str) -> None:
+    from rich.text import Text
+
+    from adaptbot_cli.core.visible import visible
+
+    screen.print(Text(f"! {visible(told)}", "yellow"), soft_wrap=True)
+
+
+def _interrupted(session: "Session", home: "Workspace") -> str:
+    """What becomes of the answers that were given, and how to go on with them."""
+    path = session.transcript
+    if path is None:
+        return "interrupted; nothing was committed"
+    name = "" if path.parent == home.transcripts else f" {path}"
+    return f"interrupted; nothing was committed. To go on: adaptbot resume{name}"
 
 
 def _tell_where(screen: "Console", session: "Session", root: Path) -> None:

@@ -47,7 +47,7 @@ class Start:
 class Kind:
     """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable.
 
-    A model is told the names of the members of `prompted` kinds.
+    A model is told the names of the members of `prompted` kinds. Nothing is kept in a `hand`.
     """
 
     iri: URIRef
@@ -60,6 +60,7 @@ class Kind:
     asks: tuple[URIRef, ...]
     starts: tuple[Start, ...]
     prompted: bool = False
+    hand: bool = False
 
 
 @dataclass(frozen=True, slots=True)

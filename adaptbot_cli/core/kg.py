@@ -209,6 +209,10 @@ class Kg:
         """Tell whether an entity belongs to one of some classes."""
         return not self.classes(entity).isdisjoint(classes)
 
+    def is_of(self, entity: Node, kind: Kind) -> bool:
+        """Tell whether an entity is stated to be of this very kind."""
+        return (entity, RDF.type, kind.iri) in self.facts
+
     def kind_label(self, entity: Node) -> str:
         """Return in a word what an entity is, from its class."""
         return next((kind.label for kind in self._kinds(entity)), "thing")
@@ -289,6 +293,7 @@ class Kg:
         self._classes.clear()
         self._size = None
         self._alike = None
+        self._spellings.clear()
         self.forget()
 
     def forget(self) -> None:

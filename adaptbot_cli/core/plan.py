@@ -54,7 +54,8 @@ class Finding:
     """Something about a plan that a check found.
 
     `code` is a key of `findings.CODES`; `step` the number of the step (counted from 1), if it is
-    about one; `subject` the name that it is about; `candidates` the nearest names that would do.
+    about one; `subject` the name that it is about; `candidates` the nearest names that would do;
+    `prop` the attribute that it is about, in short.
     `remedy` is a step that would mend it and where, in words; it makes no other finding.
     """
 
@@ -66,6 +67,7 @@ class Finding:
     line: int | None = None
     column: int | None = None
     remedy: str = field(default="", compare=False)
+    prop: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import nearest, normal, sentence_list, variants, words
-from adaptbot_cli.core.plan import Change, Finding
+from adaptbot_cli.core.plan import Approved, Change, Finding
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB
 from adaptbot_cli.core.words import Related
@@ -64,7 +64,7 @@ def _renamed(name: str, entity: URIRef, scene: Scene) -> Change | None:
         return None
     learned = not {normal(form) for form in scene.kg.aliases(entity)}.isdisjoint(variants(name))
     if learned:
-        return Change(name, proper, "alias", f"{name} is another name for {proper}")
+        return Change(name, proper, "alias", f"{name} is another name for {proper}", "human")
     return Change(name, proper, "normalisation", f"{name} is {proper}, written differently")
 
 
@@ -242,7 +242,8 @@ def _action_alias(name: str, scene: Scene) -> NamedAction | None:
         for known in scene.domain.actions.values():
             if said in known.aliases or known.iri in taught:
                 why = f"{name} is another name for {known.name}"
-                return NamedAction(known, Change(name, known.name, "alias", why))
+                by: Approved = "human" if known.iri in taught else "rule"
+                return NamedAction(known, Change(name, known.name, "alias", why, by))
     return None
 
 

@@ -234,7 +234,7 @@ def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg)
         return Finding("E302", sentence(need.message, bound, kg), kg.name(entity))
     label = kg.domain.properties[need.prop].label if need.prop in kg.domain.properties else ""
     message = f"it is not known whether {kg.name(entity)} is {label or local(need.prop)}"
-    return Finding("E301", message, kg.name(entity), candidates=(local(need.prop),))
+    return Finding("E301", message, kg.name(entity), prop=local(need.prop))
 
 
 def known_values(kg: Kg, entity: URIRef, prop: URIRef) -> set[Node]:

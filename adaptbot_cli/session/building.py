@@ -1,6 +1,6 @@
 """The only wiring: a command line, read, made into a run."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -13,6 +13,7 @@ from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.session.resuming import remembering
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class Request:
 
     `chosen` is who plans, if that is decided already: else it follows from `model` and `api_base`.
     `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
+    `full` has every attribute of a new thing asked; `resumes` is the transcript to go on with.
     """
 
     task: str
@@ -53,12 +55,15 @@ class Request:
     temperature: float = 0.0
     seed: int = 0
     chosen: "Chosen | None" = None
+    full: bool = False
+    resumes: Path | None = None
 
 
 @dataclass(slots=True)
 class Session:
     """Everything that one run needs, wired. `revisions` are the workspace's, before and after;
-    `state` is the one that holds the executed state, if it was kept."""
+    `state` is the one that holds the executed state, if it was kept. `unused` tells which entries
+    of a file of answers were not asked for."""
 
     request: Request
     kg: "Kg"
@@ -70,6 +75,8 @@ class Session:
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
     sampling: Mapping[str, float] = field(default_factory=dict)
+    transcript: Path | None = None
+    unused: Callable[[], list[str]] = list
     edited: Sequence[str] = ()
     state: str | None = None
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
@@ -79,7 +86,7 @@ class Session:
         from adaptbot_cli.core.parsing import parse
 
         request = self.request
-        turns = pursue(self.task, self.kg, parse, request.policy, self.replans)
+        turns = pursue(self.task, self.kg, parse, request.policy, self.replans, request.full)
         result = drive(turns, self.ports)
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
@@ -126,7 +133,8 @@ def build(
         session = Session(request, kg, task, nobody, planner.name, screen, replans)
         if chosen.model is not None:
             session.sampling = {"temperature": request.temperature, "seed": request.seed}
-        transcript = _transcript(request, workspace)
+        session.unused = getattr(human, "unused", list)
+        transcript = session.transcript = _transcript(request, workspace)
         store: Store = Nowhere()
         if start is not None:
             store = session.keeper = _keeper(request, workspace, planner.name, transcript)
@@ -136,6 +144,8 @@ def build(
             session.revisions[0] = _head(workspace)
         if transcript is not None:
             session.recorder = _recorder(stack, transcript, session)
+        if request.resumes is not None:
+            planner, human = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
         session.ports = Ports(planner, human, Rehearsal(kg), WordNet(), store, observers)
@@ -250,9 +260,21 @@ def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
             "requires": list(request.requires),
             "planner": session.planner,
             **session.sampling,
+            **_options(request),
         }
     )
     return recorder
+
+
+def _options(request: Request) -> dict[str, Any]:
+    """The options that a header tells where they are not as usual."""
+    options = {
+        "model": request.model,
+        "full": request.full,
+        "apply": request.apply,
+        "resumes": request.resumes.stem if request.resumes else None,
+    }
+    return {name: value for name, value in options.items() if value}
 
 
 def _head(workspace: Workspace) -> str | None:

@@ -14,12 +14,16 @@ from adaptbot_cli.core.turns import (
     Kept,
     LookUp,
     Observer,
+    Offer,
     Planner,
     Proposal,
     Propose,
     Review,
+    Source,
     Store,
+    Trace,
     Turn,
+    Volunteer,
 )
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import ModelError
@@ -62,6 +66,14 @@ def perform(turn: Turn, ports: Ports) -> object:
             return {word: ports.lexicon.related(word, turn.fields) for word in turn.words}
         case Ask():
             return ports.human.ask(turn.question)
+        case Offer() if isinstance(ports.human, Volunteer):
+            return ports.human.offer(turn.questions)
+        case Offer():
+            return ()
+        case Trace() if isinstance(ports.store, Source):
+            return tuple(ports.store.trace(fact) for fact in turn.facts)
+        case Trace():
+            return ()
         case Execute():
             return ports.executor.execute(turn.report)
         case Review():

@@ -50,6 +50,7 @@ def replay(
     player = Player(path, kg, turns)
     ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
-    result = drive(pursue(task, kg, parse, policy, replans), ports)
+    full = bool(header.get("full", False))
+    result = drive(pursue(task, kg, parse, policy, replans, full), ports)
     player.end(result)
     return result

@@ -5,11 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.core import learning, teach
+from adaptbot_cli.core import asking, learning, teach
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, FALSE, TRUE
@@ -28,7 +28,7 @@ class Lessons:
     def __init__(self, plan: str, kg: Kg | None = None, *required: str) -> None:
         self.plan = plan
         self.scene = scene(kg, *required)
-        self.asked: dict[teach.Key, tuple[Question, Answer]] = {}
+        self.asked: dict[Key, tuple[Question, Answer]] = {}
 
     @property
     def report(self) -> Report:
@@ -36,7 +36,7 @@ class Lessons:
 
     @property
     def question(self) -> Question | None:
-        return teach.next_question(self.report, self.scene, self.asked)
+        return asking.next_question(self.report, self.scene, self.asked)
 
     def say(self, value: str) -> Lesson | None:
         """Answer the next question and take what it teaches."""
@@ -127,9 +127,9 @@ def test_it_exists_and_two_kinds_fit_so_the_kind_is_asked() -> None:
     question = talk.question
     assert question is not None
     assert (question.kind, question.text) == ("kind", "What is slab?")
-    assert [(c.value, c.label) for c in question.choices] == [
-        ("part", "part: worked on"),
-        ("tool", "tool"),
+    assert [(c.value, c.label, c.then) for c in question.choices] == [
+        ("part", "part", "worked on"),
+        ("tool", "tool", ""),
     ]
     talk.say("tool")
     assert talk.scene.kg.is_a(URIRef(W + "slab"), [TOOL])
@@ -301,7 +301,7 @@ def test_nothing_is_asked_twice() -> None:
 
 def test_only_required_items_are_asked_about_where_that_is_wanted() -> None:
     talk = Lessons("press(gadget, 3)\npress(slab, 3)", None, "slab")
-    question = teach.next_question(talk.report, talk.scene, talk.asked, required_only=True)
+    question = asking.next_question(talk.report, talk.scene, talk.asked, required_only=True)
     assert question is not None
     assert question.about == "slab"
 

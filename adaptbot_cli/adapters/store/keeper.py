@@ -8,6 +8,7 @@ from adaptbot_cli.adapters.store.committing import commit, recovered
 from adaptbot_cli.adapters.store.files import lock
 from adaptbot_cli.adapters.store.handedits import plan
 from adaptbot_cli.adapters.store.held import Held
+from adaptbot_cli.adapters.store.origins import origin_of
 from adaptbot_cli.adapters.store.telling import Origin, lessons_message, refusal, state_message
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.learning import Lesson
@@ -45,6 +46,10 @@ class Keeper:
         hint = f"the answers are in the transcript{told}"
         change = net(lesson.delta for lesson in turn.lessons)
         return Kept(self.change(change, lessons_message(turn, self.origin), turn.lessons, hint))
+
+    def trace(self, fact: str) -> str:
+        """Return where a fact such as `onion IsLiquid true` comes from. Raises KnowledgeError."""
+        return origin_of(self.root, self.domain, fact)
 
     def apply(self, task: str, deltas: Iterable[Delta]) -> str | None:
         """Commit the state that an executed plan leaves. Raises KnowledgeError as `keep` does."""

@@ -104,6 +104,7 @@ def _kind(entry: Entry) -> Kind:
         asks=tuple(iri for part in entry.listed(AB.asks) for iri in _asked(part)),
         starts=tuple(start for part in entry.parts(AB.starts) for start in _start(part)),
         prompted=entry.flag(AB.prompted),
+        hand=entry.flag(AB.hand),
     )
 
 
