@@ -63,6 +63,10 @@ def replaced(parcel: Parcel, base: frozenset[Triple]) -> Delta:
     return Delta(base - parcel.accepted, parcel.accepted - base)
 
 
+def _listed(values: Iterable[Node]) -> str:
+    return ", ".join(map(local, values))
+
+
 @dataclass(slots=True)
 class _Sorting:
     """Facts on their way to one side or the other."""
@@ -125,7 +129,7 @@ class _Sorting:
             if prop is not None and prop.functional:
                 values.setdefault((subject, predicate), []).append(value)
         return {
-            key: f"it has {len(found)} values: {', '.join(map(local, found))}"
+            key: f"{' '.join(map(local, key))} has {len(found)} values: {_listed(found)}"
             for key, found in values.items()
             if len(found) > 1
         }
@@ -217,7 +221,7 @@ def _oddities(
             yield f"{short(subject)} is typed {short(value)}, not {short(own)}"
     for (subject, predicate), found in values.items():
         if len(found) > 1:
-            told = ", ".join(map(local, found))
+            told = _listed(found)
             yield f"{short(subject)} {short(predicate)} has {len(found)} values: {told}"
 
 

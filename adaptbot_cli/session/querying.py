@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
 from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
@@ -96,22 +97,27 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
         KnowledgeError: a file cannot be read, or is not valid.
     """
     from adaptbot_cli.adapters.store.graphs import read_graph
-    from adaptbot_cli.core.faults import faults
 
     given = read_graph(files)
     base = frozenset({*home.kg.graph(ATTRIBUTES), *home.kg.graph(STATES)})
     parcel = accept(given.triples, home.kg.domain, frozenset() if replace else base, given.prefixes)
     delta = replaced(parcel, base) if replace else merged(parcel, home.kg.domain, base)
     names = ", ".join(path.name for path in files)
-    notes = []
-    if delta:
-        known = set(faults(home.kg))
-        new = [fault for fault in faults(after(home, delta)) if fault not in known]
-        lacking = [fault for fault in new if fault.startswith("tasks.ttl: ")]
-        if lacking:
-            notes.append(f"{len(lacking)} needs of tasks would not be met, such as {lacking[0]}")
+    notes = _unmet(home, delta) if delta else ()
     trailers = (("Source", "import"), *(("File", path.name) for path in files))
-    return parcel, Proposal(delta, f"import: {names}", trailers, tuple(notes))
+    return parcel, Proposal(delta, f"import: {names}", trailers, notes)
+
+
+def _unmet(home: Home, delta: Delta) -> tuple[str, ...]:
+    """Say which tasks would need what is not here any more."""
+    now = after(home, delta)
+    tasks = [
+        task.name
+        for task in home.kg.domain.tasks
+        if any(home.kg.find(item) and not now.find(item) for item in task.required)
+    ]
+    told = sentence_list(tasks)
+    return (f"{len(tasks)} tasks would need what is not here any more: {told}",) if tasks else ()
 
 
 def plain_parcel(parcel: Parcel) -> dict[str, Any]:
