@@ -10,7 +10,6 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T", bound=Hashable)
 
-
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 

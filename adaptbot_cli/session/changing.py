@@ -44,18 +44,19 @@ def commit(home: Home, proposal: Proposal) -> str | None:
         KnowledgeError: it cannot be written, or would leave what the domain does not allow;
             nothing has changed then.
     """
-    keeper = _keeper(home)
-    keeper.start()
+    store = keeper(home)
+    store.start()
     by = person()
     trailers = [*proposal.trailers, *([("By", by)] if by else [])]
     told = "".join(f"{key}: {_one_line(value)}\n" for key, value in trailers)
-    return keeper.change(proposal.delta, f"{_one_line(proposal.subject)}\n\n{told}")
+    return store.change(proposal.delta, f"{_one_line(proposal.subject)}\n\n{told}")
 
 
-def _keeper(home: Home) -> "Keeper":
+def keeper(home: Home) -> "Keeper":
+    """Return what commits changes that are no run's."""
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin
 
-    origin = Origin("", "", lambda: datetime.now(UTC))
+    origin = Origin("none", "", lambda: datetime.now(UTC))
     first = partial(home.workspace.first_files, home.domain)
     return Keeper(home.workspace.root, home.domain, home.kg, origin, first)
 
@@ -68,7 +69,7 @@ def after(home: Home, delta: Delta) -> "Kg":
     """Return the graph as a change would leave it. Raises KnowledgeError."""
     from adaptbot_cli.adapters.store.reading import load_kg
 
-    files = _keeper(home).patched(home.workspace.files(home.domain), delta)
+    files = keeper(home).patched(home.workspace.files(home.domain), delta)
     return load_kg(files, f"kg/{home.domain}")
 
 

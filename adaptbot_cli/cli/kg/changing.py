@@ -1,5 +1,7 @@
 """`adaptbot kg add`, `retract`, `revert`: teaching and taking back, without a task."""
 
+import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -8,6 +10,8 @@ from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
     WorkspaceOption,
+    at_terminal,
+    console,
     domain_name,
     workspace,
 )
@@ -91,3 +95,37 @@ def revert(
 
 def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
     return [{"task": task, "before": old, "after": new} for task, old, new in changed]
+
+
+def add(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="What there is in this home.")],
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    domain: DomainOption = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Teach a thing without a task: what it is, where it is kept, what is true of it.
+
+    Of a thing that is known already, what is not known of it yet is asked.
+    """
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.tables.words import count, said
+    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.teaching import teach
+
+    found = workspace(workspace_dir)
+    home = Home(found, domain_name(domain, found))
+    prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
+    added = teach(home, name, answers, prompts)
+    out = console()
+    for lesson in added.lessons:
+        out.print(Text("✓ ", "green") + said(lesson.sentence))
+    if added.revision:
+        told = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
+        out.print(Text(told, "dim"))
+    elif added.lessons:
+        out.print(Text("nothing was changed", "dim"))
+    else:
+        out.print(Text("nothing was learned: there is nothing to ask, or it was left open", "dim"))
