@@ -186,6 +186,9 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     wanted = known_as(home, name)
     facts = {t for t in home.facts if t[0] in wanted} or _absences(home, name)
     if not facts and not wanted:
+        for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
+            if known_as(home, name[:cut]):
+                return why(home, name[:cut], name[cut:].strip())
         raise UsageError(f"nothing is called {name}{_near(home, name)}")
     if prop:
         facts = {t for t in facts if called(prop, t[1], home.words)}
