@@ -11,7 +11,8 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.terms import local
 
-_CONDITIONS = re.compile(r"\s+")
+_SPACE = re.compile(r"\s+")
+_NAMED = re.compile(r"\{(\w+)\}")
 
 
 def action_called(kg: Kg, name: str) -> Action | None:
@@ -46,13 +47,16 @@ def action(kg: Kg, found: Action) -> dict[str, Any]:
                     "of": needed.of,
                     "attribute": local(needed.prop),
                     "value": _plain(needed.value),
-                    "if_not": needed.message,
+                    "if_not": _plainly(needed.message),
                 }
                 for needed in found.attributes
             ),
-            *({"holds": _one_line(c.query), "if_not": c.message} for c in found.conditions),
+            *(
+                {"holds": _one_line(c.query), "if_not": _plainly(c.message)}
+                for c in found.conditions
+            ),
         ],
-        "advises": [condition.message for condition in found.advises],
+        "advises": [_plainly(condition.message) for condition in found.advises],
         "changes": {
             "removes": [_template(triple) for triple in effect.deletes] if effect else [],
             "adds": [_template(triple) for triple in effect.inserts] if effect else [],
@@ -83,8 +87,13 @@ def _template(triple: tuple[Node, Node, Node]) -> str:
     )
 
 
+def _plainly(message: str) -> str:
+    """A message of the domain with its parameters by name, for none has a value here."""
+    return _NAMED.sub(r"\1", message)
+
+
 def _one_line(query: str) -> str:
-    return _CONDITIONS.sub(" ", query).strip()
+    return _SPACE.sub(" ", query).strip()
 
 
 def task(found: Task, domain: Domain) -> dict[str, Any]:
@@ -96,7 +105,7 @@ def task(found: Task, domain: Domain) -> dict[str, Any]:
         "task": found.name,
         "also_called": names,
         "needs": list(found.required),
-        "done_unless": [goal.message for goal in (*domain.goals, *found.goals)],
+        "done_unless": [_plainly(goal.message) for goal in (*domain.goals, *found.goals)],
     }
 
 

@@ -147,9 +147,7 @@ class _Sorting:
             if value not in self.domain.kinds:
                 return f"{local(value)} is no class here"
             mine = self.kinds[subject]
-            return (
-                "" if value in mine else f"its class here is {', '.join(sorted(map(local, mine)))}"
-            )
+            return "" if value in mine else f"{local(subject)} is of class {_listed(mine)} here"
         if predicate in FACT_TERMS:
             return "" if isinstance(value, Literal) else "a name must be a text"
         prop = self._prop(predicate)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.core.adding import teach_thing
@@ -55,7 +56,8 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         return _drive(name, home, ports, given)
     except (KeyboardInterrupt, KnowledgeError) as stopped:
         kept = _save(home, name, given) if given else None
-        hint = f"; your answers are in {kept}: adaptbot kg add NAME --answers FILE" if kept else ""
+        again = f"adaptbot kg add {quote(name)} --answers {quote(str(kept))}"
+        hint = f"; what you answered is kept: go on with `{again}`" if kept else ""
         if isinstance(stopped, KeyboardInterrupt):
             raise Interrupted(f"interrupted; nothing was committed{hint}") from None
         raise KnowledgeError(f"{stopped}{hint}") from stopped
@@ -93,7 +95,7 @@ def _save(home: Home, name: str, given: dict[str, str]) -> Path | None:
 
     from adaptbot_cli.core.learning import safe_name
 
-    path = home.workspace.transcripts / f"add-{safe_name(name)}.answers.yaml"
+    path = home.workspace.transcripts / f"add-{safe_name(name)}.answers"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(yaml.safe_dump({name: given}, allow_unicode=True), encoding="utf-8")
