@@ -8,8 +8,8 @@ from rdflib import RDF, RDFS, URIRef
 from rdflib import Literal as Value
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.terms import AB, STATES, Triple, local
 
 Sign = Literal["added", "removed", "changed"]

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from rdflib import RDF, RDFS, XSD, BNode, Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Kind, Property
-from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.terms import AB, FACT_TERMS, Triple, local
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from adaptbot_cli.core.changes import Changes, Words, as_json
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.terms import Triple, local
 
 _NUMBERED = re.compile(r"(Question|Answer|Fact)-([0-9]+)")

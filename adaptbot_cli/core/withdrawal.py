@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from rdflib import RDF
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Start
-from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.terms import AB, FACT_TERMS, TRUE, Triple
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import Changes, Words
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.withdrawal import Known, following, taken_back
@@ -207,7 +207,7 @@ def commit_edits(home: Home, message: str) -> str | None:
     """
     from adaptbot_cli.adapters.store.files import lock, recover
     from adaptbot_cli.adapters.store.reading import load_kg
-    from adaptbot_cli.session.knowing import new_faults
+    from adaptbot_cli.session.standing import new_faults
 
     versions = home.needed()
     with lock(home.workspace.root):

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import about
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
-from adaptbot_cli.core.kg import Delta
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple

@@ -1,13 +1,13 @@
 """Everything that is wrong with the knowledge: where it stands, what caused it, what to do."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rdflib import RDF
 from rdflib.term import Node
 
+from adaptbot_cli.core.standing import Wrong
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.knowing import Home
@@ -19,22 +19,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.provenance import Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """Something wrong: the sentence, the file it stands in, what to do, what caused it."""
-
-    message: str
-    file: str = ""
-    remedy: str = ""
-    cause: str = ""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the fault as a plain object."""
-        told = {"message": self.message, "file": self.file, "remedy": self.remedy}
-        return {**told, "cause": self.cause or None}
-
-
-def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Fault]:
+def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Wrong]:
     """Return everything that is wrong with a domain's files, or with the facts of other files.
 
     Raises:
@@ -47,19 +32,19 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         kg = load(workspace, domain, files)
     except KnowledgeError as error:
         remedy = "correct the file; `adaptbot kg diff` and git tell what changed in it"
-        return [Fault(str(error), str(where), remedy)]
+        return [Wrong(str(error), str(where), remedy)]
     found = faults(kg)
     if files:
-        return [Fault(fault, ", ".join(map(str, files)), "correct the file") for fault in found]
+        return [Wrong(fault, ", ".join(map(str, files)), "correct the file") for fault in found]
     home = Home(workspace, domain)
     return [_explained(fault, home, kg) for fault in found]
 
 
-def _explained(fault: str, home: Home, kg: "Kg") -> Fault:
+def _explained(fault: str, home: Home, kg: "Kg") -> Wrong:
     """Say of a fault what it stands in, which answer caused it and how to get rid of it."""
     file, _, _ = fault.partition(": ")
     if file.partition(",")[0] in ("domain.ttl", "actions.ttl", "tasks.ttl"):
-        return Fault(fault, f"kg/{home.domain}/{file.partition(',')[0]}", "edit the entry")
+        return Wrong(fault, f"kg/{home.domain}/{file.partition(',')[0]}", "edit the entry")
     triples = _meant(fault, home, kg)
     origins = _origins(home, triples)
     where = {f"kg/{home.domain}/{_file(kg, t)}" for t in triples} or {f"kg/{home.domain}"}
@@ -73,7 +58,7 @@ def _explained(fault: str, home: Home, kg: "Kg") -> Fault:
         remedy = f"remove the wrong line of {name}"
     if answers:
         remedy += f", or adaptbot kg revert --answer {answers[-1]}"
-    return Fault(fault, ", ".join(sorted(where)), remedy, caused)
+    return Wrong(fault, ", ".join(sorted(where)), remedy, caused)
 
 
 def _meant(fault: str, home: Home, kg: "Kg") -> list[Triple]:

@@ -15,8 +15,9 @@ from adaptbot_cli.adapters.store.blame import answered, origins
 from adaptbot_cli.adapters.tables import changes, history, things
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core import view
+from adaptbot_cli.core.delta import net
 from adaptbot_cli.core.execute import Rehearsal
-from adaptbot_cli.core.kg import Kg, net
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson, absence, alias, existence, is_absent
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parsing import parse

@@ -7,7 +7,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.git import Commit
 from adaptbot_cli.adapters.store.versions import Taught, Versions
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.provenance import (
     Chapter,
     Origin,
@@ -108,7 +108,10 @@ def answered(versions: Versions, name: str) -> tuple[Taught, Delta, str]:
         KnowledgeError: there is no such answer.
     """
     revision, _, number = name.rpartition(".")
-    taught = commit_of(versions, revision) if revision and number.isdecimal() else None
+    try:
+        taught = commit_of(versions, revision) if number.isdecimal() else None
+    except KnowledgeError:
+        taught = None
     if taught is not None:
         for told in answers(taught.commit.trailers):
             if told.number == int(number):

@@ -12,7 +12,7 @@ from pyoxigraph import BlankNode, Literal
 from adaptbot_cli.adapters.store.git import Commit, Repo
 from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
 from adaptbot_cli.core.changes import Changes, Entry
-from adaptbot_cli.core.kg import Delta
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.terms import Triple, local, node_of
 from adaptbot_cli.errors import KnowledgeError
 

@@ -1,7 +1,6 @@
 """How a workspace stands, what is wrong with it, what a query gave, what a file brought."""
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 from rdflib import Literal, URIRef
 from rdflib.term import Node
@@ -12,50 +11,15 @@ from rich.text import Text
 
 from adaptbot_cli.adapters.tables.changes import difference
 from adaptbot_cli.adapters.tables.words import count, indented, said
-from adaptbot_cli.core.changes import Changes, Words
+from adaptbot_cli.core.changes import Words
 from adaptbot_cli.core.importing import Parcel
+from adaptbot_cli.core.standing import Status, Wrong
 from adaptbot_cli.core.terms import local
 
 _MOST_ROWS = 12
 
 
-class Standing(Protocol):
-    """How a workspace stands, as `status` shows it."""
-
-    @property
-    def root(self) -> object: ...  # noqa: D102
-    @property
-    def domain(self) -> str: ...  # noqa: D102
-    @property
-    def revision(self) -> str | None: ...  # noqa: D102
-    @property
-    def subject(self) -> str: ...  # noqa: D102
-    @property
-    def edited(self) -> Sequence[str]: ...  # noqa: D102
-    @property
-    def changes(self) -> Changes | None: ...  # noqa: D102
-    @property
-    def problem(self) -> str: ...  # noqa: D102
-    @property
-    def faults(self) -> Sequence[str]: ...  # noqa: D102
-    @property
-    def waiting(self) -> Sequence[object]: ...  # noqa: D102
-
-
-class Wrong(Protocol):
-    """A fault, as `validate` shows it."""
-
-    @property
-    def message(self) -> str: ...  # noqa: D102
-    @property
-    def file(self) -> str: ...  # noqa: D102
-    @property
-    def remedy(self) -> str: ...  # noqa: D102
-    @property
-    def cause(self) -> str: ...  # noqa: D102
-
-
-def status(told: Standing, words: Words | None) -> RenderableType:
+def status(told: Status, words: Words | None) -> RenderableType:
     """Show how a workspace stands: revision, edits with what they change, open runs."""
     revision = f"{told.revision[:7]}  {told.subject}" if told.revision else "none yet"
     rows = [
@@ -81,7 +45,7 @@ def status(told: Standing, words: Words | None) -> RenderableType:
         parts.append(Text("no edits: the files are as committed", "dim"))
     if told.waiting:
         parts.append(Text(f"{count(len(told.waiting), 'run')} not ended:", "yellow"))
-        parts.append(indented((said(getattr(path, "name", str(path))),) for path in told.waiting))
+        parts.append(indented((said(path.name),) for path in told.waiting))
     return Group(*parts)
 
 

@@ -26,14 +26,13 @@ def status(
     """Tell where the knowledge is, its revision, edits not yet committed, runs not ended."""
     from adaptbot_cli.adapters.tables.state import status as table
     from adaptbot_cli.core.changes import as_json
-    from adaptbot_cli.session import knowing
+    from adaptbot_cli.session import standing
+    from adaptbot_cli.session.knowing import Home
 
     found = workspace(workspace_dir)
-    home = knowing.Home(found, domain_name(domain, found))
-    told = knowing.status(home)
-    words = None
-    if told.changes:
-        words = knowing.words_for(home, told.changes)
+    home = Home(found, domain_name(domain, found))
+    told = standing.status(home)
+    words = standing.words_for(home, told.changes) if told.changes else None
     if not json:
         console().print(table(told, words))
         return
