@@ -40,7 +40,9 @@ class Home:
         from adaptbot_cli.adapters.store.versions import Versions
 
         self.workspace.folder(self.domain)  # says so if there is no such domain
-        if not self.workspace.has(self.domain):
+        root = self.workspace.root.resolve()
+        kept = any((folder / ".git").exists() for folder in (root, *root.parents))
+        if not kept or not self.workspace.has(self.domain):
             return None
         return Versions.of(self.workspace.root, self.domain)
 
@@ -48,8 +50,8 @@ class Home:
         """Return the versions. Raises KnowledgeError if there are none."""
         if self.versions is None:
             raise KnowledgeError(
-                f"no {self.domain} is in the workspace {self.workspace.root} yet, so there are no "
-                "versions; the first run or change makes it"
+                f"the workspace {self.workspace.root} has no versions of the {self.domain} "
+                "yet; the first run or change makes them"
             )
         return self.versions
 
@@ -92,12 +94,10 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     """
     versions = home.needed()
     files_a: Mapping[str, bytes]
-    if a is None and not versions.edited():
-        a, b = "HEAD~1", "HEAD"
-        try:
-            files_a = versions.files(a)
-        except KnowledgeError:
-            files_a = {}
+    last = next(versions.repo.log([f"kg/{home.domain}"]), None)
+    if a is None and last is not None and not versions.edited():
+        a, b = f"{last.sha[:7]}~1", last.sha[:7]
+        files_a = versions.files(last.parents[0]) if last.parents else {}
     else:
         a = a or "HEAD"
         files_a = versions.files(a)
@@ -180,7 +180,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     Raises:
         UsageError: nothing is called so, or has no such property.
     """
-    from adaptbot_cli.adapters.store.blame import PACK, history, origins
+    from adaptbot_cli.adapters.store.blame import PACK, UNCOMMITTED, history, origins
 
     wanted = known_as(home, name)
     facts = {t for t in home.facts if t[0] in wanted} or _absences(home, name)
@@ -199,7 +199,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
         if not pairs:
             raise UsageError(f"there is no property {prop}; {name} has {_properties(home, wanted)}")
     if home.versions is None:
-        return Why(name, dict.fromkeys(facts, PACK))
+        return Why(name, {t: PACK if t in home.pack else UNCOMMITTED for t in facts})
     found = origins(home.versions, facts, home.pack)
     past = [
         turn

@@ -84,7 +84,7 @@ def test_the_log_tells_who_taught_what_and_for_what(taught: Home) -> None:
 def test_why_of_a_fact_outlives_later_commits(fresh: Fresh) -> None:
     changing.commit(fresh(), changing.retract(fresh(), "leek"))
     edit(fresh(), "state.ttl", "ex:chives ", "# moved by hand\nex:chives ")
-    told = knowing.why(fresh(), "chives", "place")
+    told = knowing.why(fresh(), "chives place")
     [origin] = told.facts.values()
     assert (origin.source, origin.question) == ("answer", "Where is chives kept?")
     assert (origin.said, origin.task, origin.planner) == ("fridge", "omelette", "plan library")
