@@ -235,4 +235,4 @@ def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:
     """Return the tasks whose library plan is judged otherwise after a change: task, old, new."""
     from adaptbot_cli.session.judging import verdict_changes
 
-    return verdict_changes(home.kg, after(home, delta), delta)
+    return verdict_changes(home.kg, after(home, delta), delta, home.workspace.library(home.domain))

@@ -1,6 +1,7 @@
 """What the stored plans are worth on a graph, and for which of them a change matters."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import about
@@ -14,10 +15,15 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
 
 
-def verdict_changes(before: "Kg", now: "Kg", delta: Delta) -> list[tuple[str, str, str]]:
-    """Return the tasks whose library plan is judged otherwise after a change: task, old, new."""
+def verdict_changes(
+    before: "Kg", now: "Kg", delta: Delta, library: Sequence[Path]
+) -> list[tuple[str, str, str]]:
+    """Return the tasks whose plan is judged otherwise after a change: task, old, new.
+
+    `library` are the folders of the plans, an earlier one before a later one.
+    """
     found = []
-    for task, plan in _plans(before):
+    for task, plan in _plans(before, library):
         if _matters(delta, task, plan, before, now):
             old, new = _verdict(task, plan, before), _verdict(task, plan, now)
             if old != new:
@@ -25,18 +31,16 @@ def verdict_changes(before: "Kg", now: "Kg", delta: Delta) -> list[tuple[str, st
     return found
 
 
-def _plans(kg: "Kg") -> Iterator[tuple[Task, str]]:
+def _plans(kg: "Kg", folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
     """The library's plans for the domain's tasks, and for the names that they bear themselves."""
     from adaptbot_cli.adapters.planner.library import Library, read_library
     from adaptbot_cli.core.tasks import task_for
     from adaptbot_cli.core.turns import Propose
     from adaptbot_cli.errors import ModelError
-    from adaptbot_cli.resources import bundled
 
-    folder = bundled("prompts") / "library" / kg.domain.name
-    library = Library(folder, kg.domain)
+    library = Library(tuple(folders), kg.domain)
     names = [task.name for task in kg.domain.tasks]
-    names += [plan.names[0] for plan in read_library(folder)]
+    names += [plan.names[0] for plan in read_library(*folders)]
     for task in {task.name: task for task in (task_for(name, kg) for name in names)}.values():
         try:
             yield task, library.propose(Propose(task)).text

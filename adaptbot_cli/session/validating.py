@@ -1,5 +1,6 @@
 """Everything that is wrong with the knowledge: where it stands, what caused it, what to do."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,13 +11,15 @@ from rdflib.term import Node
 from adaptbot_cli.core.standing import Wrong
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli.session.inspecting import check_pack
 from adaptbot_cli.session.knowing import Home
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
-    from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.provenance import Origin
+
+_FAULT = re.compile(r"(?P<file>[\w.]+\.ttl), entry (?P<entry>.+?): (?P<told>.+?)(; (?P<do>.+))?")
 
 
 def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Wrong]:
@@ -24,58 +27,49 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
 
     Raises:
         UsageError: there is no such domain.
+        KnowledgeError: its folder, or one of the other files, cannot be read.
     """
     from adaptbot_cli.core.faults import faults
 
-    where = workspace.folder(domain)
-    try:
-        kg = load(workspace, domain, files)
-    except KnowledgeError as error:
-        remedy = "correct the file; `adaptbot kg diff` and git tell what changed in it"
-        return [Wrong(str(error), str(where), remedy)]
-    found = faults(kg)
     if files:
-        return [Wrong(fault, ", ".join(map(str, files)), "correct the file") for fault in found]
-    home = Home(workspace, domain)
-    return [_explained(fault, home, kg) for fault in found]
+        kg = load(workspace, domain, files)
+        where = ", ".join(map(str, files))
+        return [Wrong(str(fault), where, "correct the file") for fault in faults(kg)]
+    _, found = check_pack(workspace, domain)
+    home: Home | None = Home(workspace, domain) if found else None
+    try:
+        home = home if home is not None and home.kg and home.facts else None
+    except KnowledgeError:
+        home = None  # what cannot be loaded has no facts to look the origin up of
+    return [_explained(str(fault), domain, home) for fault in found]
 
 
-def _explained(fault: str, home: Home, kg: "Kg") -> Wrong:
-    """Say of a fault what it stands in, which answer caused it and how to get rid of it."""
-    file, _, _ = fault.partition(": ")
-    if file.partition(",")[0] in ("domain.ttl", "actions.ttl", "tasks.ttl"):
-        return Wrong(fault, f"kg/{home.domain}/{file.partition(',')[0]}", "edit the entry")
-    triples = _meant(fault, home, kg)
-    origins = _origins(home, triples)
-    where = {f"kg/{home.domain}/{_file(kg, t)}" for t in triples} or {f"kg/{home.domain}"}
-    caused = "; ".join(dict.fromkeys(_told(origin, home.domain) for origin in origins))
+def _explained(fault: str, domain: str, home: Home | None) -> Wrong:
+    """Say of a fault where it stands, which answer caused it and how to get rid of it."""
+    match = _FAULT.fullmatch(fault)
+    if match is None:
+        return Wrong(fault, f"kg/{domain}")
+    file, remedy = f"kg/{domain}/{match['file']}", match["do"] or "edit the entry"
+    if home is None or match["file"] not in ("attributes.ttl", "state.ttl"):
+        return Wrong(f"{match['entry']}: {match['told']}", file, remedy)
+    origins = _origins(home, _meant(match["entry"], match["told"], home))
+    caused = "; ".join(dict.fromkeys(_told(origin, domain) for origin in origins))
     answers = [origin.answer for origin in origins if origin.answer]
-    name = fault.partition(": ")[0]
-    remedy = f"adaptbot kg retract {name} {local(triples[0][1])}" if triples else "edit the file"
-    if len(triples) > 1 and triples[0][1] != RDF.type:
-        remedy = f"{remedy} VALUE"
-    if triples and triples[0][1] == RDF.type:
-        remedy = f"remove the wrong line of {name}"
     if answers:
         remedy += f", or adaptbot kg revert --answer {answers[-1]}"
-    return Wrong(fault, ", ".join(sorted(where)), remedy, caused)
+    return Wrong(f"{match['entry']}: {match['told']}", file, remedy, caused)
 
 
-def _meant(fault: str, home: Home, kg: "Kg") -> list[Triple]:
+def _meant(name: str, told: str, home: Home) -> list[Triple]:
     """The facts that a fault is about: those of its thing whose predicate or place it names."""
-    name, _, said = fault.partition(": ")
-    words = set(said.replace(":", " ").replace(",", " ").split())
-    places = {k.location_property for k in kg.domain.kinds.values()}
+    words = set(re.split(r"[\s:,]+", told))
+    places = {kind.location_property for kind in home.kg.domain.kinds.values()}
     about = sorted(t for t in home.facts if name in (home.words.name(t[0]), local(t[0])))
     named = [t for t in about if local(t[1]) in words]
     if named:
         return named
     wanted: set[Node | None] = set(places) if "itself" in words else {RDF.type}
     return [t for t in about if t[1] in wanted]
-
-
-def _file(kg: "Kg", triple: Triple) -> str:
-    return "state.ttl" if local(kg.home_of(triple[1])) == "state" else "attributes.ttl"
 
 
 def _origins(home: Home, triples: Sequence[Triple]) -> "list[Origin]":
