@@ -10,7 +10,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.terms import AB, STATES, Triple, local
+from adaptbot_cli.core.terms import AB, Triple, local
 
 Sign = Literal["added", "removed", "changed"]
 
@@ -197,12 +197,6 @@ def as_update(delta: Delta, write: Callable[[Node], str]) -> str:
         if lines:
             parts.append("\n".join([f"{keyword} {{", *lines, "}"]))
     return " ;\n".join(parts) + ("\n" if parts else "")
-
-
-def is_state(domain: Domain, predicate: Node) -> bool:
-    """Tell whether a predicate belongs to G_s."""
-    prop = domain.properties.get(predicate)  # type: ignore[call-overload]
-    return prop is not None and AB[prop.graph] == STATES
 
 
 def about(delta: Delta) -> frozenset[URIRef]:

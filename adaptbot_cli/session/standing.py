@@ -38,9 +38,9 @@ def new_faults(home: Home) -> list[str]:
     from adaptbot_cli.core.faults import faults
 
     versions, where = home.needed(), f"kg/{home.domain}"
-    now = faults(load_kg(versions.files(None), where))
+    now = [str(fault) for fault in faults(load_kg(versions.files(None), where))]
     try:
-        before = set(faults(load_kg(versions.files("HEAD"), where)))
+        before = {str(fault) for fault in faults(load_kg(versions.files("HEAD"), where))}
     except KnowledgeError:
         before = set()
     return [fault for fault in now if fault not in before]

@@ -20,6 +20,7 @@ from adaptbot_cli.cli.common import (
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
+    from adaptbot_cli.adapters.store.graphs import Answered
     from adaptbot_cli.session.knowing import Home
 
 
@@ -81,7 +82,7 @@ def _text(sparql: str) -> str:
     return sys.stdin.buffer.read().decode("utf-8", errors="replace")
 
 
-def _show(answer: "querying.Answered", home: "Home", json: bool) -> None:  # type: ignore[name-defined]  # noqa: F821
+def _show(answer: "Answered", home: "Home", json: bool) -> None:
     from adaptbot_cli.adapters.store.graphs import write_graph
     from adaptbot_cli.adapters.tables.state import rows
     from adaptbot_cli.session.querying import prefixes
