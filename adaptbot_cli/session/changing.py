@@ -45,7 +45,6 @@ def commit(home: Home, proposal: Proposal) -> str | None:
             nothing has changed then.
     """
     store = keeper(home)
-    store.start()
     by = person()
     trailers = [*proposal.trailers, *([("By", by)] if by else [])]
     told = "".join(f"{key}: {_one_line(value)}\n" for key, value in trailers)
@@ -53,12 +52,18 @@ def commit(home: Home, proposal: Proposal) -> str | None:
 
 
 def keeper(home: Home) -> "Keeper":
-    """Return what commits changes that are no run's."""
+    """Make the workspace ready; return what commits changes that are no run's."""
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin
+    from adaptbot_cli.adapters.store.opening import start
 
-    origin = Origin("none", "", lambda: datetime.now(UTC))
-    first = partial(home.workspace.first_files, home.domain)
-    return Keeper(home.workspace.root, home.domain, home.kg, origin, first)
+    root, domain = home.workspace.root, home.domain
+    home.workspace.folder(domain)  # a domain that is not there makes no workspace
+    start(root, domain, partial(home.workspace.first_files, domain), _now)
+    return Keeper(root, domain, Origin("none", "", _now))
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
 
 
 def _one_line(text: str) -> str:
@@ -67,10 +72,11 @@ def _one_line(text: str) -> str:
 
 def after(home: Home, delta: Delta) -> "Kg":
     """Return the graph as a change would leave it. Raises KnowledgeError."""
+    from adaptbot_cli.adapters.store.held import Held
     from adaptbot_cli.adapters.store.reading import load_kg
 
-    files = keeper(home).patched(home.workspace.files(home.domain), delta)
-    return load_kg(files, f"kg/{home.domain}")
+    held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
+    return load_kg({**held.files, **held.after(delta)}, held.where)
 
 
 def revert(home: Home, revision: str) -> Proposal:
@@ -205,13 +211,14 @@ def commit_edits(home: Home, message: str) -> str | None:
         KnowledgeError: the edits leave what the domain does not allow, or no domain; they stay
             as they are, uncommitted.
     """
-    from adaptbot_cli.adapters.store.files import lock, recover
+    from adaptbot_cli.adapters.store.committing import recovered
+    from adaptbot_cli.adapters.store.files import lock
     from adaptbot_cli.adapters.store.reading import load_kg
     from adaptbot_cli.session.standing import new_faults
 
     versions = home.needed()
     with lock(home.workspace.root):
-        recover(home.workspace.root)
+        recovered(home.workspace.root)
         edited = versions.edited()
         if not edited:
             return None
@@ -223,7 +230,7 @@ def commit_edits(home: Home, message: str) -> str | None:
         by = person()
         trailers = "Source: hand edit\n" + (f"By: {_one_line(by)}\n" if by else "")
         paths = [versions.path(name) for name in edited]
-        return versions.repo.commit(paths, f"{message.strip()}\n\n{trailers}", datetime.now(UTC))
+        return versions.repo.commit(paths, f"{message.strip()}\n\n{trailers}", _now())
 
 
 def preview_words(home: Home, delta: Delta) -> Words:

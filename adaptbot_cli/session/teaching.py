@@ -48,7 +48,6 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
             f"{name} is not here, as a person has said; adaptbot kg retract takes that back first"
         )
     store = keeper(home)
-    store.start()
     nobody: Any = None
     ports = Ports(nobody, _human(answers, prompts), nobody, nobody, store)
     given: dict[str, str] = {}

@@ -216,7 +216,6 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> knowing.Home:
             lessons.append(
                 Lesson(delta, question, Answer("object", name, name), f"there is {name}")
             )
-    changing.keeper(home).start()
     changing.keeper(home).keep(Keep(Task("all of them"), tuple(lessons)))
     return knowing.Home(home.workspace, "kitchen")
 

@@ -174,7 +174,7 @@ class Repo:
     def resolve(self, rev: str) -> str:
         """Give the sha of a revision. Raises KnowledgeError if there is no such revision."""
         with told(self._top):
-            return str(self._commit_at(rev).id.decode())
+            return str(commit_at(self._repo, rev).id.decode())
 
     def log(self, paths: Sequence[str] = ()) -> Iterator[Commit]:
         """Give the commits that changed these files or folders (all, if none), newest first."""
