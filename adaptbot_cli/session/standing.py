@@ -23,9 +23,9 @@ def status(home: Home) -> Status:
         except KnowledgeError as error:
             problem = str(error)
     waiting = [path for path in sorted(home.workspace.transcripts.glob("*.yaml")) if _open(path)]
-    subject = last.subject if last else ""
+    revision, subject = (last.sha, last.subject) if last else (head, "")
     edited = versions.edited()
-    return Status(root, home.domain, head, subject, edited, changes, problem, found, waiting)
+    return Status(root, home.domain, revision, subject, edited, changes, problem, found, waiting)
 
 
 def new_faults(home: Home) -> list[str]:
