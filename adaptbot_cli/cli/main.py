@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
 from adaptbot_cli.cli import check, doctor, domain, kg, progress, replay, resume, run
+from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.errors import AdaptbotError, Interrupted
 
 

@@ -10,11 +10,18 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T", bound=Hashable)
 
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+
+def sound(text: str) -> str:
+    """Return text in which halves of characters, which no file can hold, are marked as such."""
+    return _SURROGATE.sub("\ufffd", text)
+
 
 @lru_cache(maxsize=4096)
 def normal(name: str) -> str:
     """Return the name in small letters with underscores: " Cutting-Board" as cutting_board."""
-    text = name.strip().lower().replace("\u2019", "'")
+    text = sound(name).strip().lower().replace("\u2019", "'")
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
 
 
@@ -51,7 +58,7 @@ def variants(name: str) -> tuple[str, ...]:
     base = normal(name)
     head, _, last = base.rpartition("_")
     plurals = [f"{head}_{form}" if head else form for form in singulars(last)]
-    return tuple(dict.fromkeys((name, base, *plurals, base + "s")))
+    return tuple(dict.fromkeys((sound(name), base, *plurals, base + "s")))
 
 
 def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6) -> list[str]:

@@ -14,6 +14,27 @@ _PREFIX = re.compile(r"PREFIX\s+(\w*):\s*<([^>]*)>")
 _VARIABLE = "urn:adaptbot:variable:"
 _TOKEN = re.compile(rf"({_SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
 
+_BLANK = r"(?:\s|#[^\n\r]*[\n\r])*"
+_OUTSIDE = re.compile(
+    rf"(?<![\w?$:-])(SERVICE|LOAD){_BLANK}(?:SILENT\b{_BLANK})?(?=[<?$]|[\w.-]*:)", re.IGNORECASE
+)
+_CODEPOINT = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
+
+
+def reaches_out(text: str) -> str:
+    """Return the word by which a query or update would reach the network, empty if none does.
+
+    Where a text is read, this errs on the safe side: the words in a string count too if what
+    follows could be an address.
+    """
+    found = _OUTSIDE.search(_CODEPOINT.sub(_character, text))
+    return found[1].upper() if found else ""
+
+
+def _character(match: re.Match[str]) -> str:
+    code = int(match[1] or match[2], 16)
+    return chr(code) if code < 0x110000 else " "
+
 
 def prefixed(graph: Graph, text: str) -> str:
     """Return the PREFIX lines for those prefixes of `graph` that `text` uses."""

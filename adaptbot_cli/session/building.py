@@ -189,13 +189,14 @@ def _human(request: Request, prompts: "Console | None") -> Human:
     from adaptbot_cli.adapters.terminal import AbsentHuman, TerminalHuman
 
     if request.answers is not None:
-        return AnswersHuman(read_answers(request.answers), _person(), str(request.answers))
+        return AnswersHuman(read_answers(request.answers), person(), str(request.answers))
     if prompts is None or not request.ask:
         return AbsentHuman()
-    return TerminalHuman(prompts, _person(), lambda: _now().isoformat(timespec="seconds"))
+    return TerminalHuman(prompts, person(), lambda: _now().isoformat(timespec="seconds"))
 
 
-def _person() -> str:
+def person() -> str:
+    """Return the name of the person at this machine, empty if it cannot be told."""
     import getpass
 
     try:

@@ -171,6 +171,11 @@ class Repo:
                 return None
             return self._repo.object_store[found[1]].as_raw_string()
 
+    def resolve(self, rev: str) -> str:
+        """Give the sha of a revision. Raises KnowledgeError if there is no such revision."""
+        with told(self._top):
+            return str(commit_at(self._repo, rev).id.decode())
+
     def log(self, paths: Sequence[str] = ()) -> Iterator[Commit]:
         """Give the commits that changed these files or folders (all, if none), newest first."""
         names = [self._name(path) for path in paths] or None
@@ -290,4 +295,5 @@ def _readable(commit: "DulwichCommit") -> Commit:
         commit.author.decode("utf-8", "replace"),
         datetime.fromtimestamp(commit.author_time, zone),
         commit.message.decode("utf-8", "replace"),
+        tuple(parent.decode() for parent in commit.parents),
     )

@@ -1,13 +1,16 @@
 """Revisions as people write them: a sha or its beginning, a branch, a tag, HEAD~2."""
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from adaptbot_cli.errors import KnowledgeError
 
 if TYPE_CHECKING:
     from dulwich.objects import Commit as DulwichCommit
     from dulwich.repo import Repo as DulwichRepo
+
+_NO_NAME: Final = re.compile(r"^/|//|\.\.")
+"""What no revision's name has: it would be looked for as a file elsewhere."""
 
 
 def commit_at(repo: "DulwichRepo", rev: str) -> "DulwichCommit":
@@ -16,9 +19,9 @@ def commit_at(repo: "DulwichRepo", rev: str) -> "DulwichCommit":
     from dulwich.objectspec import AmbiguousShortId, parse_commit, parse_object
 
     base = re.split(r"[~^]", rev, maxsplit=1)[0]
-    steps = rev[len(base) :].encode()
     try:
-        if not base:
+        steps = rev[len(base) :].encode()
+        if not base or not base.isprintable() or _NO_NAME.search(base):
             raise KeyError(rev)
         commit = parse_commit(repo, base)
         if not steps:
