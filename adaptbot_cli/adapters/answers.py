@@ -9,7 +9,17 @@ import yaml
 
 from adaptbot_cli.core.learning import Lesson, number_trouble
 from adaptbot_cli.core.names import nearest, normal
-from adaptbot_cli.core.questions import ABSENT, EXISTS, LATER, NO, UNKNOWN, YES, Answer, Question
+from adaptbot_cli.core.questions import (
+    ABSENT,
+    EDIT,
+    EXISTS,
+    LATER,
+    NO,
+    UNKNOWN,
+    YES,
+    Answer,
+    Question,
+)
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 
@@ -51,11 +61,9 @@ class AnswersHuman:
                 exists is not told.
         """
         told = self.answers.get(normal(question.about), {})
-        # Which of two facts stands is told by its kind: its property has been told before.
-        prop = "" if question.kind == "contradiction" else question.prop
-        keys = {question.kind, prop or question.kind}
+        keys = {question.kind, _prop(question), _listed(question)} - {""}
         self.asked.setdefault(normal(question.about), set()).update(keys)
-        value = told.get(prop or question.kind, told.get(question.kind))
+        value = _told(question, told)
         if value is None and told and question.kind == "kind":
             raise self._unfit(question, "exists, but its kind is not told", "it can be")
         if value is None:
@@ -95,6 +103,35 @@ class AnswersHuman:
         return True
 
 
+def _told(question: Question, told: dict[str, Any]) -> object:
+    """What a file tells of a question; of one that comes again and again, the next of a list.
+
+    A new action is what the file makes of it.
+    """
+    value = told.get(_prop(question), told.get(question.kind))
+    name, nth = _listed(question), question.prop.rpartition("_")[2]
+    if question.kind != "action":
+        return value
+    if value is not None:
+        return value[0] if isinstance(value, list) and value else value
+    if name in told:
+        listed = told[name] if isinstance(told[name], list) else [told[name]]
+        return listed[int(nth) - 1] if int(nth) <= len(listed) else "done"
+    return YES if question.prop.startswith("means") and len(told) > 1 else None
+
+
+def _prop(question: Question) -> str:
+    """The key of a question: its property, else its kind. Which of two facts stands is told by its
+    kind, as its property has been told before."""
+    return question.kind if question.kind == "contradiction" else question.prop or question.kind
+
+
+def _listed(question: Question) -> str:
+    """The name of the list that a question about an action picks from, "" if it has none."""
+    name, _, nth = question.prop.rpartition("_")
+    return name if question.kind == "action" and nth.isdigit() else ""
+
+
 def _never(what: str, name: str, asked: Iterable[str]) -> str:
     near = nearest(name, asked, 1)
     meant = f"; asked for was {near[0]}" if near else ""
@@ -102,8 +139,9 @@ def _never(what: str, name: str, asked: Iterable[str]) -> str:
 
 
 def _choices(question: Question) -> dict[str, str]:
-    """The values to choose from, by their normal form; "is" alone names nothing."""
-    offered = [choice.value for choice in question.choices if choice.value != "is"]
+    """The values to choose from, by their normal form; "is" alone names nothing, nor does a file
+    edit a plan."""
+    offered = [choice.value for choice in question.choices if choice.value not in ("is", EDIT)]
     always = [] if question.kind == "existence" else [UNKNOWN]
     return {normal(value): value for value in (*offered, *always, LATER.value)}
 
@@ -120,6 +158,8 @@ def _meant(question: Question, value: object) -> str | None:
         known = {normal(name): name for name in question.known}
         name = known.get(normal(said.removeprefix("is ")))
         return None if name is None else f"is {name}"
+    if not question.choices:
+        return said
     words = {"true": YES, "false": NO}
     if question.kind == "existence":
         words = {YES: EXISTS, "true": EXISTS, NO: ABSENT, "false": ABSENT}

@@ -89,6 +89,9 @@ def run(
         bool,
         typer.Option("--full", help="Ask all there is to know of a new thing."),
     ] = False,
+    edit: Annotated[
+        bool, typer.Option("--edit", help="Offer the plan for editing before it is executed.")
+    ] = False,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
     ] = None,
@@ -125,6 +128,7 @@ def run(
         temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
         seed=seed if seed is not None else settings.get("seed", 0),
         full=full,
+        edit=edit,
     )
     return pursue(request, home, json)
 

@@ -48,7 +48,7 @@ def _ask(
     question: Question, report: Report, scene: Scene, lessons: list[Lesson]
 ) -> Generator[Turn, Any, None]:
     answer: Answer = yield Ask(question)
-    lesson = teach.learn(question, answer, report, scene)
+    lesson = teach.learn(question, answer, report, scene, {question.key: (question, answer)})
     if lesson is not None:
         teach.take(lesson, scene)
         lessons.append(lesson)

@@ -4,13 +4,15 @@ from collections.abc import Iterable, Mapping
 
 from rdflib import RDF, URIRef
 
-from adaptbot_cli.core import learning, resolve
+from adaptbot_cli.core import acting, learning, resolve
 from adaptbot_cli.core.domain import Action, Kind, Property
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.questions import (
     ABSENT,
+    EDIT,
     EXISTS,
+    FIXED,
     LATER,
     Answer,
     Choice,
@@ -43,9 +45,27 @@ def next_question(
         if question is not None and question.key not in asked:
             return question
         follow_up = _kind_question(finding, report, scene, asked)
+        follow_up = follow_up or _action_question(finding, report, scene, asked)
         if follow_up is not None:
             return follow_up
     return None
+
+
+def all_open(report: Report, scene: Scene, asked: Asked) -> list[Question]:
+    """Return every question that this plan needs an answer to now, in the order of the plan."""
+    found: list[Question] = []
+    put_off = dict(asked)
+    while (question := next_question(report, scene, put_off)) is not None:
+        put_off[question.key] = (question, LATER)
+        found.append(question)
+    return found
+
+
+def following(name: str, report: Report, scene: Scene, asked: Asked) -> Question | None:
+    """Return the next question that answers about one thing have led to."""
+    about_taught = next(iter(_about_the_taught(scene, asked)), None)
+    led_to = (q for q in all_open(report, scene, asked) if q.about == name)
+    return about_taught or next(led_to, None)
 
 
 def taught(asked: Asked) -> tuple[str, ...]:
@@ -169,13 +189,16 @@ def _outcomes(name: str, subject: Subject, report: Report, scene: Scene) -> tupl
         return (
             Choice("is", "it is another name for something you can do", "I remember the name"),
             Choice(ABSENT, "no, it is not possible here", without),
-            Choice(EXISTS, "yes, it is possible", "I keep it as an action"),
+            Choice(FIXED, "it is one, always with the same argument", "I remember both"),
+            Choice(EXISTS, "yes, it is possible", "I ask what it does"),
+            Choice(EDIT, "change the plan instead"),
             Choice(LATER.value, "ask me later", "it stays open"),
         )
     return (
         Choice("is", "it is another name for something you know", "I remember the name"),
         Choice(ABSENT, "no, there is none", without),
         Choice(EXISTS, "yes, there is", "I ask what it is, and what the plan needs"),
+        Choice(EDIT, "change the plan instead"),
         Choice(LATER.value, "ask me later", "it stays open"),
     )
 
@@ -199,6 +222,25 @@ def _kind_question(finding: Finding, report: Report, scene: Scene, asked: Asked)
     kinds = possible_kinds(name, report, scene)
     question = _what_is(name, kinds, _source(finding, report))
     return None if question.key in asked else question
+
+
+def _action_question(
+    finding: Finding, report: Report, scene: Scene, asked: Asked
+) -> Question | None:
+    """The next question about an action that a person says is possible."""
+    said = asked.get(("existence", normal(finding.subject), "", "action"))
+    if finding.code != "E101" or said is None or said[1].value not in (EXISTS, FIXED):
+        return None
+    unknown = unknown_action(normal(finding.subject), report)
+    return acting.next_question(unknown, said[1].value, scene.kg, asked)
+
+
+def unknown_action(name: str, report: Report) -> acting.Unknown:
+    """Return an action that a plan writes and that is not known, as the plan has it."""
+    step = next(s for s in report.steps if normal(s.call.action) == name)
+    found = [f for f in report.findings if f.code == "E101" and normal(f.subject) == name]
+    near = found[0].candidates if found else ()
+    return acting.Unknown(name, step.call, near, step.source or step.call.render())
 
 
 def _what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:

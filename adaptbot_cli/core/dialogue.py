@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 from adaptbot_cli.core import asking, clashes, forms, suggest, teach
+from adaptbot_cli.core.amending import amended
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import LATER, NEW, STOP, Answer, Question, Reviewed
+from adaptbot_cli.core.questions import EDIT, LATER, NEW, STOP, Answer, Question, Reviewed
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Run, forget_all, look_at
 from adaptbot_cli.core.turns import (
@@ -44,6 +45,9 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
                 yield Checked(report)
                 told = True
             yield from _ask_together(run, report, question)
+            if run.to_edit:
+                run.to_edit, told = False, True
+                report = yield from amended(run, report, "asked")
         else:
             break
         if len(run.lessons) > known:
@@ -51,6 +55,18 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
             told = False
     if not told:
         yield Checked(report)
+    return report
+
+
+def ask_about(run: Run, report: Report, question: Question) -> Generator[Turn, Any, Report]:
+    """Ask one question, and what else is to be known of the same thing because of the answer."""
+    following: Question | None = question
+    while following is not None and not run.stopped:
+        known = len(run.lessons)
+        yield from _ask_together(run, report, following)
+        if len(run.lessons) > known:
+            report = yield from look_at(run, report.text, tell=False)
+        following = asking.following(question.about, report, run.scene, run.asked)
     return report
 
 
@@ -67,6 +83,9 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         answered = tuple(run.asked.values())
         ready = replace(each, together=form[n + 1 :], offered=rest, answered=answered)
         answer: Answer = yield Ask(ready)
+        if answer.value == EDIT:
+            run.to_edit = True
+            return
         if answer.value == STOP.value:
             run.stopped, answer = True, LATER
         yield from _learn(run, report, each, answer)

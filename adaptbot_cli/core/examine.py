@@ -52,6 +52,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     with scene.kg.rehearsal():
         before = _spoilers(scene)
         for place, written in enumerate(parsed.calls):
+            walk.place = place
             meant = expand(written.call, scene)
             if not meant.calls:
                 walk.skip(written, meant.dropped)

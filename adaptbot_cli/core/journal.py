@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 from adaptbot_cli.core.questions import (
+    EDIT,
     LATER,
     STOP,
     Answer,
@@ -145,7 +146,7 @@ class Journal:
     def _note(self, question: Question, answer: Answer) -> Answer:
         if answer.to is not None:
             raise GoBack(answer.to)
-        if answer.value != STOP.value:
+        if answer.value not in (STOP.value, EDIT):
             self.answers[question.key] = answer
         return answer
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from rdflib import RDF, RDFS, XSD, Literal, URIRef
+from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
+from adaptbot_cli.core.domain import Action, Domain, Kind, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import (
@@ -29,7 +29,8 @@ from adaptbot_cli.core.terms import AB, Triple, local
 class Lesson:
     """What one answer taught: the facts, the question and answer they come from, a sentence.
 
-    `action` is the new action, if that is what was taught.
+    `action` is the action as it is from now on, if that is what was taught; `replaces` the same
+    before, if it was there; `notes` say in words what it takes, requires and changes.
     """
 
     delta: Delta
@@ -37,6 +38,8 @@ class Lesson:
     answer: Answer
     sentence: str
     action: Action | None = None
+    replaces: Action | None = None
+    notes: tuple[str, ...] = ()
 
 
 def alias(kg: Kg, name: str, entity: URIRef) -> Delta:
@@ -99,40 +102,6 @@ def _starts(kg: Kg, entity: URIRef, prop: URIRef, value: Node) -> Iterable[Tripl
             known = kg.value(entity, start.prop)
             if start.when == prop and value == Literal(True) and known is None:
                 yield (entity, start.prop, start.value)
-
-
-def new_action(kg: Kg, name: str, kinds: Iterable[Kind | None]) -> tuple[Action, Delta]:
-    """Return an action that a person says exists, with its facts.
-
-    Its parameters are what the plan gave it, None being a number; what it requires and changes is
-    not known yet.
-    """
-    iri = entity_iri(kg, name)
-    parameters = [_new_parameter(n, kind) for n, kind in enumerate(kinds, start=1)]
-    explain = "taught by a person; its effect is not known"
-    facts: set[Triple] = {
-        (iri, RDF.type, AB.Action),
-        (iri, RDFS.label, Literal(normal(name))),
-        (iri, AB.explain, Literal(explain)),
-    }
-    for n, parameter in enumerate(parameters, start=1):
-        node = URIRef(f"{iri}_{parameter.name}")
-        facts |= {
-            (iri, AB.parameter, node),
-            (node, AB.order, Literal(n)),
-            (node, AB.name, Literal(parameter.name)),
-            *((node, AB["class"], kind) for kind in parameter.classes),
-        }
-        if parameter.datatype is not None:
-            facts.add((node, AB.datatype, parameter.datatype))
-    action = Action(iri, normal(name), explain, tuple(parameters), verb=normal(name))
-    return action, Delta(added=frozenset(facts))
-
-
-def _new_parameter(number: int, kind: Kind | None) -> Parameter:
-    if kind is None:
-        return Parameter(f"number_{number}", datatype=XSD.decimal)
-    return Parameter(f"{safe_name(local(kind.iri))}_{number}", (kind.iri,))
 
 
 def attribute_question(

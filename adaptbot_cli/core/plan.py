@@ -74,7 +74,8 @@ class Finding:
 class Step:
     """One step on its way from the model's text to an executable call.
 
-    `source` is None for an inserted step; `reason` says why a step was changed, inserted, dropped.
+    `source` is None for an inserted step; `reason` says why a step was changed, inserted, dropped;
+    `place` is the number of the written call that it comes from, counted from 0.
     """
 
     call: Call
@@ -84,6 +85,7 @@ class Step:
     changes: tuple[Change, ...] = ()
     reason: str = ""
     codes: tuple[str, ...] = ()
+    place: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-QuestionKind = Literal["existence", "kind", "place", "attribute", "value", "contradiction"]
+QuestionKind = Literal[
+    "existence", "kind", "place", "attribute", "value", "contradiction", "action"
+]
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]
 """What makes two questions the same one: kind, about, prop, subject."""
@@ -43,8 +45,8 @@ class Question:
     `about` is the name asked about; `prop` the predicate's short name where one is asked for;
     `choices` the answers offered; `known` the names to pick from if it is another name for one of
     them, nearest first, `near` those of them that are near enough to tell; `context` the step that
-    raised it; `label` the property in a word; `number` how a "value" is written: "number",
-    "whole number" or "" for a text.
+    raised it; `notes` lines to read before it; `label` the property in a word; `number` how a
+    "value" is written: "number", "whole number" or "" for a text.
 
     What follows does not make it another question. `suggested` is the likely answer; `follows`
     says when the answer follows from another; `together` are the questions about the same thing
@@ -61,6 +63,7 @@ class Question:
     known: tuple[str, ...] = ()
     near: tuple[str, ...] = ()
     context: str = ""
+    notes: tuple[str, ...] = ()
     label: str = ""
     number: str = ""
     suggested: Suggestion | None = field(default=None, compare=False)
@@ -117,6 +120,12 @@ STOP = Answer("stop")
 """The answer when no more is to be asked in this run, and what was answered is to be kept."""
 
 EXISTS, ABSENT, YES, NO, UNKNOWN = "exists", "absent", "yes", "no", "unknown"
+FIXED = "fixed"
+"""The answer that an action is a known one with an argument that is always the same."""
+
+EDIT = "edit"
+"""The answer that the plan is to be changed instead."""
+
 NEW, OLD = "new", "old"
 """The answers to which of two facts stands."""
 

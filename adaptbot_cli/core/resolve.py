@@ -208,11 +208,11 @@ def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]
 
 @dataclass(frozen=True, slots=True)
 class NamedAction:
-    """What an action's name was taken to mean, with an argument that the name itself fixes."""
+    """What an action's name was taken to mean, with the arguments that the name itself fixes."""
 
     action: Action | None = None
     change: Change | None = None
-    fixed: CalledAs | None = None
+    fixed: tuple[CalledAs, ...] = ()
     finding: Finding | None = None
 
 
@@ -250,10 +250,11 @@ def _action_alias(name: str, scene: Scene) -> NamedAction | None:
 def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
     for said in _plain(name, scene):
         for known in scene.domain.actions.values():
-            for called in known.called_as:
-                if said in called.names:
-                    why = f"{name} is {known.name} with {called.parameter} set"
-                    return NamedAction(known, Change(name, known.name, "alias", why), called)
+            fixed = tuple(called for called in known.called_as if said in called.names)
+            if fixed:
+                told = sentence_list([called.parameter for called in fixed])
+                why = f"{name} is {known.name} with {told} set"
+                return NamedAction(known, Change(name, known.name, "alias", why), fixed)
     return None
 
 

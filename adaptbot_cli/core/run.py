@@ -1,7 +1,7 @@
 """A run as far as it has come, and how a plan's text is looked at in it."""
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from adaptbot_cli.core import teach
@@ -12,7 +12,7 @@ from adaptbot_cli.core.plan import Parsed, Task
 from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Report, Usage
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.turns import Checked, LookUp, Turn
+from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
 
 Policy = Literal["tutor", "paper"]
 Parse = Callable[[str], Parsed]
@@ -21,7 +21,9 @@ Parse = Callable[[str], Parsed]
 @dataclass(slots=True)
 class Run:
     """A run as far as it has come. `full` has every attribute of a new thing asked, `offers` are
-    the new things that the person was offered to tell more of."""
+    the new things that the person was offered to tell more of; `to_edit` is set when the person
+    wants to change the plan instead of answering, `edits` lead from a plan's text to what the
+    person has made of it."""
 
     kg: Kg
     task: Task
@@ -34,6 +36,8 @@ class Run:
     lessons: list[Lesson] = field(default_factory=list)
     offers: set[str] = field(default_factory=set)
     stopped: bool = False
+    to_edit: bool = False
+    edits: dict[str, str] = field(default_factory=dict)
 
 
 def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Report]:
@@ -50,6 +54,24 @@ def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Repo
     if tell:
         yield Checked(report)
     return report
+
+
+def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
+    """Have a plan proposed; return its text, or what the person has made of it before."""
+    proposal = yield turn
+    used = run.usage
+    cost = proposal.cost_usd
+    run.usage = replace(
+        used,
+        model_calls=used.model_calls + proposal.calls,
+        prompt_tokens=used.prompt_tokens + proposal.prompt_tokens,
+        completion_tokens=used.completion_tokens + proposal.completion_tokens,
+        cost_usd=used.cost_usd if cost is None else (used.cost_usd or 0.0) + cost,
+    )
+    text = proposal.text
+    while text in run.edits:
+        text = run.edits[text]
+    return text
 
 
 def forget_all(run: Run) -> None:

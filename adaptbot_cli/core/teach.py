@@ -5,8 +5,14 @@ from dataclasses import replace
 
 from rdflib import RDF, URIRef
 
-from adaptbot_cli.core import learning, resolve
-from adaptbot_cli.core.asking import Asked, kinds_of_place, possible_kinds, property_called
+from adaptbot_cli.core import acting, learning, resolve
+from adaptbot_cli.core.asking import (
+    Asked,
+    kinds_of_place,
+    possible_kinds,
+    property_called,
+    unknown_action,
+)
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.learning import Lesson
@@ -14,7 +20,6 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import ABSENT, EXISTS, Answer, Key, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import number
 from adaptbot_cli.core.terms import local
 
 
@@ -28,7 +33,7 @@ def lessons(
     kinds = kinds_of_place(question.prop, scene) if answer.new else []
     if len(kinds) == 1 and not scene.kg.find(answer.new):
         yield _taught(replace(question, about=normal(answer.new)), answer, kinds[0], scene)
-    lesson = learn(question, answer, report, scene)
+    lesson = learn(question, answer, report, scene, asked)
     if lesson is not None:
         yield lesson
     if question.kind == "kind":
@@ -39,8 +44,15 @@ def lessons(
                     yield placed
 
 
-def learn(question: Question, answer: Answer, report: Report, scene: Scene) -> Lesson | None:
-    """Return what an answer teaches, or None if it teaches nothing yet."""
+def learn(
+    question: Question, answer: Answer, report: Report, scene: Scene, asked: Asked
+) -> Lesson | None:
+    """Return what an answer teaches, or None if it teaches nothing yet.
+
+    `asked` are the answers of the run, this one included.
+    """
+    if question.kind == "action":
+        return _learn_action(question, answer, report, scene, asked)
     if question.kind == "existence":
         return _learn_existence(question, answer, report, scene)
     if question.kind == "kind":
@@ -61,7 +73,7 @@ def _learn_existence(
     if answer.value != EXISTS:
         return None
     if question.subject == "action":
-        return _learn_action(question, answer, report, scene)
+        return None
     kinds = possible_kinds(name, report, scene)
     return _taught(question, answer, kinds[0], scene) if len(kinds) == 1 else None
 
@@ -85,24 +97,24 @@ def _taught(question: Question, answer: Answer, kind: Kind, scene: Scene) -> Les
     return Lesson(delta, question, answer, f"there is {question.about} ({kind.label})")
 
 
-def _learn_action(question: Question, answer: Answer, report: Report, scene: Scene) -> Lesson:
-    step = next(s for s in report.steps if normal(s.call.action) == question.about)
-    known = scene.kg.find
-    kinds = [
-        None if number(arg) and not known(arg) else _kind_of(arg, scene) for arg in step.call.args
-    ]
-    action, delta = learning.new_action(scene.kg, question.about, kinds)
-    sentence = f"{question.about} is possible; its effect is not known"
-    return Lesson(delta, question, answer, sentence, action)
-
-
-def _kind_of(name: str, scene: Scene) -> Kind:
-    """The kind of a known thing; of an unknown one, the kind that the domain asks for first."""
-    for entity in scene.kg.find(name):
-        for kind in scene.domain.teachable:
-            if scene.kg.is_a(entity, [kind.iri]):
-                return kind
-    return scene.domain.teachable[0]
+def _learn_action(
+    question: Question, answer: Answer, report: Report, scene: Scene, asked: Asked
+) -> Lesson | None:
+    """What a dialogue about an action has taught; its commit tells what was answered to it all."""
+    said = asked[("existence", question.about, "", "action")][1].value
+    taught = acting.taught(unknown_action(question.about, report), said, scene.kg, asked)
+    if taught is None:
+        return None
+    question = replace(question, text=f"{question.text} {' · '.join(taught.notes)}")
+    return Lesson(
+        taught.delta,
+        question,
+        answer,
+        taught.sentence,
+        taught.action,
+        taught.replaces,
+        taught.notes,
+    )
 
 
 def _learn_attribute(question: Question, answer: Answer, scene: Scene) -> Lesson | None:
@@ -154,4 +166,6 @@ def forget(lesson: Lesson, scene: Scene) -> None:
         scene.kg.learn(Delta(removed=lesson.delta.added, added=lesson.delta.removed))
         return
     actions = {n: a for n, a in scene.domain.actions.items() if n != lesson.action.name}
+    if lesson.replaces is not None:
+        actions = {**scene.domain.actions, lesson.replaces.name: lesson.replaces}
     scene.kg.domain = replace(scene.domain, actions=actions)

@@ -6,8 +6,10 @@ replay are the same thing to the method.
 """
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
+from adaptbot_cli.core.editing import Edit
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.questions import Answer, Question, Reviewed
@@ -59,6 +61,19 @@ class Ask:
     """Ask the person one question."""
 
     question: Question
+
+
+@dataclass(frozen=True, slots=True)
+class Amend:
+    """Let the person change the plan, or reject it; the reply is an `Edit`, None to leave it.
+
+    `why` is "asked" where the person has asked to, "open" where findings remain that no question
+    solves, "ready" where the plan is about to be executed. `kg` has the names to write it with.
+    """
+
+    report: Report
+    why: Literal["asked", "open", "ready"]
+    kg: Kg
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +134,20 @@ class Kept:
     revision: str | None
 
 
-Turn = Propose | LookUp | Checked | Ask | Offer | Given | Trace | Learned | Execute | Review | Keep
+Turn = (
+    Propose
+    | LookUp
+    | Checked
+    | Ask
+    | Amend
+    | Offer
+    | Given
+    | Trace
+    | Learned
+    | Execute
+    | Review
+    | Keep
+)
 
 
 class Planner(Protocol):
@@ -153,6 +181,15 @@ class Volunteer(Protocol):
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Return an answer for each question, `LATER` where nothing is told."""
+        ...
+
+
+@runtime_checkable
+class Editor(Protocol):
+    """A human who may change a plan."""
+
+    def amend(self, turn: Amend) -> Edit | None:
+        """Return a change of the plan, None to leave it as it is."""
         ...
 
 

@@ -8,25 +8,23 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
 from adaptbot_cli.core.dialogue import ask, keep
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.names import normal, sentence_list
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
-from adaptbot_cli.core.run import Parse, Policy, Run, forget_all, look_at
+from adaptbot_cli.core.run import Parse, Policy, Run, forget_all, look_at, propose
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.tasks import with_told
 from adaptbot_cli.core.turns import (
     Execute,
-    Proposal,
     Propose,
     Turn,
 )
 
-Turns = Generator[Turn, Any, Any]
+Turns = Generator[Turn, Any, Result]
 
 __all__ = ["Parse", "Policy", "Turns", "inspect", "pursue"]
 
@@ -48,8 +46,9 @@ def pursue(
     When the person goes back to an earlier question, the run starts again with its journal.
     """
     journal, usage, parse = Journal(), Usage(), cache(parse)
+    edits: dict[str, str] = {}
     while True:
-        run = Run(kg, task, parse, Scene(kg, task), policy, full, usage)
+        run = Run(kg, task, parse, Scene(kg, task), policy, full, usage, edits=edits)
         try:
             return (yield from journal.play(_pursue(run, replans)))
         except GoBack as back:
@@ -61,7 +60,7 @@ def pursue(
 def _pursue(run: Run, replans: int) -> Turns:
     """Algorithm 1."""
     before = run.kg.size()
-    text = yield from _propose(run, Propose(run.task))
+    text = yield from propose(run, Propose(run.task))
     run.task = run.scene.task = with_told(run.task, run.parse(text), run.kg)
     report = yield from look_at(run, text)
     if run.policy == "tutor":
@@ -69,12 +68,13 @@ def _pursue(run: Run, replans: int) -> Turns:
     tries = 0
     while True:
         report, tries = yield from _replan(run, report, tries, replans)
-        told = _said(_open(run, report))
+        told = _said(still_open(run, report))
         report = yield from ask(run, report)
         more = run.policy == "tutor" and tries < replans and not run.stopped
-        if more and _said(_open(run, report)) - told:
+        if more and _said(still_open(run, report)) - told:
             continue  # the answers brought up what a new plan could mend
-        report = yield from _set_aside(run, report)
+        report = yield from set_aside(run, report)
+        report = yield from _amend(run, report)
         outcome = yield from _execute(report)
         if outcome is None or outcome.error is None or tries >= replans or run.stopped:
             break
@@ -82,7 +82,7 @@ def _pursue(run: Run, replans: int) -> Turns:
     revision, left_out = yield from keep(run)
     if left_out:
         report = yield from look_at(run, report.text)
-        report = yield from _set_aside(run, report)
+        report = yield from set_aside(run, report)
         outcome = yield from _execute(report)
     sizes = (before, run.kg.size())
     questions = tuple(run.asked.values())
@@ -97,77 +97,43 @@ def _execute(report: Report) -> Generator[Turn, Any, Outcome | None]:
     return outcome
 
 
-def _propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
-    proposal = yield turn
-    used = run.usage
-    cost = proposal.cost_usd
-    run.usage = replace(
-        used,
-        model_calls=used.model_calls + proposal.calls,
-        prompt_tokens=used.prompt_tokens + proposal.prompt_tokens,
-        completion_tokens=used.completion_tokens + proposal.completion_tokens,
-        cost_usd=used.cost_usd if cost is None else (used.cost_usd or 0.0) + cost,
-    )
-    return proposal.text
-
-
 def _replan(
     run: Run, report: Report, tries: int, limit: int
 ) -> Generator[Turn, Any, tuple[Report, int]]:
     """Re-prompt with the findings until nothing is open, nothing changes or tries are used up."""
     seen = {report.text}
-    while _open(run, report) and tries < limit and not run.stopped:
+    while still_open(run, report) and tries < limit and not run.stopped:
         tries += 1
-        findings = _open(run, report)
-        text = yield from _propose(run, Propose(run.task, tries, report.text, findings))
+        findings = still_open(run, report)
+        text = yield from propose(run, Propose(run.task, tries, report.text, findings))
         if run.policy == "tutor" and text in seen:
             break
         seen.add(text)
         lost = lost_items(run.parse(report.text), run.parse(text), run.scene)
         if run.policy == "tutor" and lost:
-            report = _guarded(report, lost)
+            report = guarded(report, lost)
             continue
         new = yield from look_at(run, text)
-        same = run.policy == "tutor" and _said(_open(run, new)) == _said(findings)
+        same = run.policy == "tutor" and _said(still_open(run, new)) == _said(findings)
         report = new
         if same:
             break
     return report, tries
 
 
-def _guarded(report: Report, lost: tuple[str, ...]) -> Report:
-    """The old plan, with what a new one that lost required items did wrong."""
-    message = f"a new plan left out {sentence_list(lost)}, which the task requires; it was refused"
-    finding = Finding("E502", message, lost[0], candidates=lost)
-    kept = tuple(f for f in report.findings if f.code != "E502")
-    return replace(report, findings=(*kept, finding))
-
-
-def _open(run: Run, report: Report) -> tuple[Finding, ...]:
-    """What a new plan could mend: not what nobody will answer, nor a required item not there."""
-    return tuple(
-        f
-        for f in report.open
-        if normal(f.subject) not in run.scene.aside
-        and not (run.scene.requires(f.subject) and is_absent(run.kg, f.subject, "item"))
-    )
-
-
 def _said(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
     return {(finding.code, finding.message) for finding in findings}
 
 
-def _set_aside(run: Run, report: Report) -> Generator[Turn, Any, Report]:
-    """Drop the steps that only a thing nobody needs for the goal holds up (III-C, not there)."""
-    names = {
-        normal(f.subject)
-        for f in report.blocking
-        if f.code in ("E101", "E201", "E203") and not run.scene.requires(f.subject)
-    }
-    if not names - run.scene.aside:
-        return report
-    run.scene.aside |= names
-    return (yield from look_at(run, report.text))
+def _amend(run: Run, report: Report) -> Generator[Turn, Any, Report]:
+    """Let the person edit the plan: where no question solves what is open, or before execution."""
+    while not run.stopped:
+        new = yield from amended(run, report, "open" if unsolved(run, report) else "ready")
+        if new is report:
+            break
+        report = yield from ask(run, new)
+        report = yield from set_aside(run, report)
+    return report
 
 
 def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:

@@ -34,7 +34,8 @@ class Request:
 
     `chosen` is who plans, if that is decided already: else it follows from `model` and `api_base`.
     `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
-    `full` has every attribute of a new thing asked; `resumes` is the transcript to go on with.
+    `full` has every attribute of a new thing asked; `edit` offers the plan for editing before it is
+    executed; `resumes` is the transcript to go on with.
     """
 
     task: str
@@ -56,6 +57,7 @@ class Request:
     seed: int = 0
     chosen: "Chosen | None" = None
     full: bool = False
+    edit: bool = False
     resumes: Path | None = None
 
 
@@ -118,15 +120,15 @@ def build(
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
-    human = _human(request, prompts)
-    start = None if request.dry_run else _start(request, workspace)
+    human = human_of(request, prompts)
+    start = None if request.dry_run else started_on(request.domain, workspace)
     kg = start.kg if start else load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
     library = workspace.library(request.domain)
     planner = _planner(request, chosen, environ, kg, library, console)
     with ExitStack() as stack:
         asks = prompts is not None and request.ask and request.answers is None
-        screen = Screen(console, kg, task, asks)
+        screen = Screen(console, kg, task, asks, request.edit)
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if chosen.model is None else request.replans
@@ -137,13 +139,14 @@ def build(
         transcript = session.transcript = _transcript(request, workspace)
         store: Store = Nowhere()
         if start is not None:
-            store = session.keeper = _keeper(request, workspace, planner.name, transcript)
+            store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
             _tell_edits(console, session.edited)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
         if transcript is not None:
-            session.recorder = _recorder(stack, transcript, session)
+            header = _header(session)
+            session.recorder = stack.enter_context(recording(transcript, kg, header))
         if request.resumes is not None:
             planner, human = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
@@ -184,7 +187,8 @@ def _planner(
     )
 
 
-def _human(request: Request, prompts: "Console | None") -> Human:
+def human_of(request: Request, prompts: "Console | None") -> Human:
+    """Return who answers: a file, the person at the terminal `prompts`, or nobody."""
     from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
     from adaptbot_cli.adapters.terminal import AbsentHuman, TerminalHuman
 
@@ -192,7 +196,7 @@ def _human(request: Request, prompts: "Console | None") -> Human:
         return AnswersHuman(read_answers(request.answers), person(), str(request.answers))
     if prompts is None or not request.ask:
         return AbsentHuman()
-    return TerminalHuman(prompts, person(), lambda: _now().isoformat(timespec="seconds"))
+    return TerminalHuman(prompts, person(), _stamp, edits=request.edit)
 
 
 def person() -> str:
@@ -205,8 +209,13 @@ def person() -> str:
         return ""
 
 
-def _now() -> datetime:
+def started() -> datetime:
+    """Return the time."""
     return datetime.now(UTC)
+
+
+def _stamp() -> str:
+    return started().isoformat(timespec="seconds")
 
 
 def _transcript(request: Request, workspace: Workspace) -> Path | None:
@@ -215,56 +224,62 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
         return request.record
     from adaptbot_cli.core.learning import safe_name
 
-    name = f"{_now():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
+    name = f"{started():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
     return workspace.transcripts / name
 
 
-def _start(request: Request, workspace: Workspace) -> "Start":
-    """Make the workspace ready; the run is on its files as they are then."""
+def started_on(domain: str, workspace: Workspace) -> "Start":
+    """Make the workspace ready; what follows is on its files as they are then."""
     from adaptbot_cli.adapters.store.opening import start
 
-    workspace.folder(request.domain)  # a domain that is not there makes no workspace
-    return start(
-        workspace.root, request.domain, partial(workspace.first_files, request.domain), _now
-    )
+    workspace.folder(domain)  # a domain that is not there makes no workspace
+    return start(workspace.root, domain, partial(workspace.first_files, domain), started)
 
 
-def _keeper(
+def keeper_of(
     request: Request, workspace: Workspace, planner: str, transcript: Path | None
 ) -> "Keeper":
+    """Return the store of a workspace's domain, with where what it keeps will come from."""
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin
 
-    origin = Origin(planner, transcript.name if transcript else "", _now)
-    return Keeper(workspace.root, request.domain, origin)
+    name = ""
+    if transcript is not None:
+        inside = transcript.is_relative_to(workspace.transcripts)
+        name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
+    return Keeper(workspace.root, request.domain, Origin(planner, name, started))
 
 
-def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
+@contextmanager
+def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Recorder"]:
+    """Begin a transcript. Raises KnowledgeError if it cannot be written."""
     from adaptbot_cli import __version__
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.errors import KnowledgeError
 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = stack.enter_context(path.open("w", encoding="utf-8", newline="\n"))
+        file = path.open("w", encoding="utf-8", newline="\n")
     except OSError as error:
         raise KnowledgeError(f"cannot write the transcript {path}: {error.strerror}") from error
-    recorder = Recorder(file, session.kg)
+    with file:
+        recorder = Recorder(file, kg)
+        recorder.header({"version": __version__, **header})
+        yield recorder
+
+
+def _header(session: Session) -> dict[str, Any]:
     request = session.request
-    recorder.header(
-        {
-            "version": __version__,
-            "task": request.task,
-            "domain": request.domain,
-            "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
-            "policy": request.policy,
-            "replans": session.replans,
-            "requires": list(request.requires),
-            "planner": session.planner,
-            **session.sampling,
-            **_options(request),
-        }
-    )
-    return recorder
+    return {
+        "task": request.task,
+        "domain": request.domain,
+        "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
+        "policy": request.policy,
+        "replans": session.replans,
+        "requires": list(request.requires),
+        "planner": session.planner,
+        **session.sampling,
+        **_options(request),
+    }
 
 
 def _options(request: Request) -> dict[str, Any]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
+    Amend,
     Ask,
+    Editor,
     Execute,
     Executor,
     Human,
@@ -28,6 +29,8 @@ from adaptbot_cli.core.turns import (
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import ModelError
 
+R = TypeVar("R")
+
 
 @dataclass(frozen=True, slots=True)
 class Ports:
@@ -41,14 +44,14 @@ class Ports:
     observers: Sequence[Observer] = ()
 
 
-def drive(turns: Generator[Turn, Any, Result], ports: Ports) -> Result:
+def drive(turns: Generator[Turn, Any, R], ports: Ports) -> R:
     """Perform every turn through the ports, show each to the observers, return the result."""
     reply: object = None
     while True:
         try:
             turn = turns.send(reply)
         except StopIteration as stop:
-            result: Result = stop.value
+            result: R = stop.value
             return result
         for observer in ports.observers:
             observer.asked(turn)
@@ -66,6 +69,8 @@ def perform(turn: Turn, ports: Ports) -> object:
             return {word: ports.lexicon.related(word, turn.fields) for word in turn.words}
         case Ask():
             return ports.human.ask(turn.question)
+        case Amend():
+            return ports.human.amend(turn) if isinstance(ports.human, Editor) else None
         case Offer() if isinstance(ports.human, Volunteer):
             return ports.human.offer(turn.questions)
         case Offer():

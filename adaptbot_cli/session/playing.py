@@ -43,8 +43,11 @@ def replay(
     from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.parsing import parse
     from adaptbot_cli.core.tasks import task_for
+    from adaptbot_cli.errors import UsageError
 
     header, turns = read(path)
+    if "sitting" in header:
+        raise UsageError(f"{path} tells the answers of `adaptbot pending answer`; it is no run")
     kg = kg or kg_of(header, path, workspace)
     task = task_for(str(header.get("task", "")), kg, header.get("requires") or ())
     player = Player(path, kg, turns)

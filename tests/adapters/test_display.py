@@ -189,7 +189,7 @@ def test_what_was_learned_is_shown_with_its_graph() -> None:
     action = Action(node("glue"), "glue", "", (Parameter("part"), Parameter("tool")))
     absent = Lesson(learning.absence(kg.domain, "dragon", "item"), QUESTION, Answer("absent"), "")
     taught = Lesson(Delta(added=frozenset({(node("glue"), RDF.type, node("x"))})), QUESTION,
-                    Answer(EXISTS), "", action)  # fmt: skip
+                    Answer(EXISTS), "", action, notes=("glue(part, tool)",))  # fmt: skip
     lessons = (lesson(kg), absent, taught)
 
     lines = Seen(70).show(diff_table(lessons, None, kg, 70)).lines

@@ -252,8 +252,7 @@ def test_an_action_by_an_alias_that_a_person_taught() -> None:
 def test_a_name_that_also_fixes_an_argument() -> None:
     named = resolve.action("turn_off", scene())
     assert named.action is not None
-    assert named.fixed is not None
-    assert (named.action.name, named.fixed.parameter) == ("switch", "state")
+    assert (named.action.name, [f.parameter for f in named.fixed]) == ("switch", ["state"])
 
 
 def test_an_action_by_a_synonym_of_its_verb() -> None:

@@ -21,11 +21,13 @@ from adaptbot_cli.adapters.display.words import (
     noted,
     said,
 )
+from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.turns import (
+    Amend,
     Ask,
     Checked,
     Execute,
@@ -48,12 +50,14 @@ class Screen:
     """Shows a run as it goes: a line for each event, the plan before questions and at the end.
 
     With `asks` False no question appears on this terminal, and the plan is shown at the end only.
+    With `edits` it is shown before it is executed, to be edited.
     """
 
     console: Console
     kg: Kg
     task: Task
     asks: bool = True
+    edits: bool = False
     _report: Report | None = field(default=None, init=False)
     _shown: str | None = field(default=None, init=False)
     _last: Text | None = field(default=None, init=False)
@@ -63,9 +67,10 @@ class Screen:
         if isinstance(turn, Propose) and turn.attempt:
             open_ = count(len({(f.code, f.message) for f in turn.findings}), "finding")
             self._note(PASSING, f"asking for another plan: {open_} still open")
-        if isinstance(turn, Ask) and self.asks:
+        edits = isinstance(turn, Amend) and (turn.why != "ready" or self.edits)
+        if (isinstance(turn, Ask) or edits) and self.asks:
             self._plan_once()
-        if isinstance(turn, Ask | Review) and self.asks:
+        if (isinstance(turn, Ask | Review) or edits) and self.asks:
             self._gap()
 
     def replied(self, turn: Turn, reply: object) -> None:
@@ -82,8 +87,10 @@ class Screen:
             self._executed(reply)
         elif isinstance(turn, Review) and reply is False:
             self._note(WARNING, "not kept: the plan is looked at again without what was taught")
-        elif isinstance(turn, Ask | Review) and self.asks:
-            self._last = None  # the question and its answer stand there now
+        elif isinstance(turn, Ask | Review) or isinstance(reply, Edit):
+            self._last = (
+                None if self.asks else self._last
+            )  # the question and its answer stand there now
 
     def finish(self, result: Result, committed: str | None) -> None:
         """Show the final plan, what the run changes, and what it came to.

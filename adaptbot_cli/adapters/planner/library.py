@@ -144,11 +144,14 @@ class Library:
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
-        """Return the nearest plan's text. It says the same however often it is asked.
+        """Return the nearest plan's text; asked for another one, say that there is none.
 
         Raises:
             ModelError: nothing in the library is near the task.
         """
+        if turn.attempt:
+            told = "the plan library has no other plan for this task; the plan stays as it is"
+            return Proposal(turn.previous, calls=0, failure=told)
         found = nearest_plan(turn.task.name, read_library(*self.folders))
         if found is None:
             raise ModelError(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rdflib import RDF, RDFS
+from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.reading import (
     FACT_FILES,
@@ -20,6 +21,8 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.terms import AB, FACT_TERMS, STATES, Triple
 
 _ACTIONS = "actions.ttl"
+_ACTION_PARTS = frozenset({AB.parameter, AB.requires, AB.calledAs})
+"""What leads from a taught action to its parts, which are nodes with names."""
 
 
 @dataclass(slots=True)
@@ -56,17 +59,20 @@ class Held:
         return dict(self._edited(change))
 
     def _edited(self, change: Delta) -> Iterator[tuple[str, bytes]]:
+        parts = _parts(change)
         for name in (*FACT_FILES, _ACTIONS):
-            old = [t for t in sorted(change.removed) if self._file_of(t) == name]
-            new = [t for t in sorted(change.added) if self._file_of(t) == name]
+            old = [t for t in sorted(change.removed) if self._file_of(t, parts) == name]
+            new = [t for t in sorted(change.added) if self._file_of(t, parts) == name]
             if old or new:
                 text = self.files[name].decode("utf-8")
                 edited = patch(text, old, new, f"{self.where}/{name}")
                 if edited != text:
                     yield name, edited.encode("utf-8")
 
-    def _file_of(self, triple: Triple) -> str:
-        _, predicate, value = triple
+    def _file_of(self, triple: Triple, parts: frozenset[Node]) -> str:
+        subject, predicate, value = triple
+        if subject in parts:
+            return _ACTIONS
         own = predicate if predicate != RDF.type else value
         if predicate == RDFS.label or (own.startswith(str(AB)) and own not in FACT_TERMS):  # type: ignore[attr-defined]
             return _ACTIONS
@@ -91,8 +97,16 @@ class Held:
 
     def _facts(self, change: Delta) -> Delta:
         """The part of a change that is about the home, not about what an action is."""
+        parts = _parts(change)
         removed, added = (
-            frozenset(t for t in triples if self._file_of(t) != _ACTIONS)
+            frozenset(t for t in triples if self._file_of(t, parts) != _ACTIONS)
             for triples in (change.removed, change.added)
         )
         return Delta(removed, added)
+
+
+def _parts(change: Delta) -> frozenset[Node]:
+    """The actions that a change describes, and their parts."""
+    facts = change.removed | change.added
+    actions = {s for s, p, o in facts if p == RDF.type and o == AB.Action}
+    return frozenset(actions | {o for _, p, o in facts if p in _ACTION_PARTS})

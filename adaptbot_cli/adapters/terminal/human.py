@@ -1,18 +1,21 @@
 """The human port: a person who answers at the terminal, or nobody."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.text import Text
 
 from adaptbot_cli.adapters.terminal.words import shown, title
+from adaptbot_cli.core.editing import Edit as PlanEdit
 from adaptbot_cli.core.learning import Lesson, number_trouble
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.questions import (
     ABSENT,
+    EDIT,
     EXISTS,
+    FIXED,
     LATER,
     NEW,
     NO,
@@ -27,6 +30,7 @@ from adaptbot_cli.core.questions import (
     Reviewed,
     back,
 )
+from adaptbot_cli.core.turns import Amend
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.terminal.form import Form
@@ -43,6 +47,11 @@ _KEYS = {
     LATER.value: "l",
     NEW: "n",
     OLD: "o",
+    EDIT: "e",
+    FIXED: "f",
+    "takes": "t",
+    "requires": "r",
+    "changes": "c",
 }
 _MOST_BY_KEY = 9
 _BACK = Choice("back", "back")
@@ -66,7 +75,8 @@ class TerminalHuman:
 
     Answers bear `by` and the time `now` says. Ctrl-C at a question asks whether to keep what was
     answered; where nothing was, and at any other prompt, it raises KeyboardInterrupt. A form
-    answers several questions at once: `told` are the answers to those that are still to come.
+    answers several questions at once: `told` are the answers to those that are still to come. With
+    `edits` a plan is offered for editing before it is executed, whatever is open.
     """
 
     console: Console
@@ -74,6 +84,7 @@ class TerminalHuman:
     now: Callable[[], str]
     told: dict[Key, str] = field(default_factory=dict)
     filled: set[str] = field(default_factory=set)
+    edits: bool = False
 
     def ask(self, question: Question) -> Answer:
         """Ask one question; `LATER` itself is returned for "ask me later"."""
@@ -120,6 +131,16 @@ class TerminalHuman:
         self._tell(TITLE, "yes" if said else "no")
         return said
 
+    def amend(self, turn: Amend) -> PlanEdit | None:
+        """Ask for a change of the plan: one key, then what it takes."""
+        if turn.why == "ready" and not self.edits:
+            return None
+        from adaptbot_cli.adapters.terminal.editing import ask_for_edit
+
+        edit, said = ask_for_edit(turn, self.console)
+        self._tell("Change the plan?", said)
+        return edit and replace(edit, by=self.by, at=self.now())
+
     def _prompts(self) -> "Prompts":
         from adaptbot_cli.adapters.terminal.prompts import Prompts
 
@@ -152,6 +173,8 @@ class TerminalHuman:
         if question.context:
             lead = "" if question.kind == "contradiction" else "step: "
             self.console.print(shown(f"{lead}{question.context}", "dim"))
+        for note in question.notes:
+            self.console.print(shown(note))
         if question.near:
             self.console.print(shown(f"near it: {sentence_list(question.near)}", "dim"))
 
@@ -169,7 +192,7 @@ class TerminalHuman:
                 return _BACK
             return _choice_of(question, self.told.pop(question.key))
         self._above(question)
-        if question.kind == "value":
+        if question.kind == "value" or not question.choices:
             return self._line(question)
         if question.kind == "place" or len(question.choices) > _MOST_BY_KEY:
             return self._place(question, back="back" if question.answered else "") or _BACK

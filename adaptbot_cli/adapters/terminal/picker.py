@@ -63,7 +63,9 @@ class Picker:
         for n, choice in enumerate(found[top : top + _ROWS], start=top):
             here = n == self.at
             mark = ("pointer", " » ") if here else ("", "   ")
-            lines.append([mark, ("highlighted" if here else "", title(choice.label))])
+            then = f"  {plain(choice.then)}" if choice.then else ""
+            label = ("highlighted" if here else "", title(choice.label))
+            lines.append([mark, label, ("then", then)])
         if not found:
             lines.append([("bad", f"   nothing matches “{plain(self.typed)}”")])
         elif len(found) > _ROWS:

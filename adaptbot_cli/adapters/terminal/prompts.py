@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import questionary
+from prompt_toolkit.completion import Completer
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent, merge_key_bindings
 from prompt_toolkit.keys import Keys
 from rich.console import Console
@@ -72,7 +73,13 @@ class Prompts:
             bindings.add("escape", eager=True)(_giving(BACK))
         return cast(Choice, Canvas(self.console).run(draw, bindings))
 
-    def line(self, text: str, typed: str = "", check: Callable[[str], str] | None = None) -> str:
+    def line(
+        self,
+        text: str,
+        typed: str = "",
+        check: Callable[[str], str] | None = None,
+        completer: Completer | None = None,
+    ) -> str:
         """Ask for a line of text; `check` says what is wrong with it, "" if nothing is.
 
         What does not pass stays to be mended.
@@ -85,6 +92,7 @@ class Prompts:
             plain(text),
             default=typed,
             validate=valid,
+            completer=completer,
             style=questionary.Style(list(STYLE.items())),
             **terminal(self.console),
         )

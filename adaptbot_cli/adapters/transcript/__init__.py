@@ -5,6 +5,7 @@ and may leave out what it does not want to pin down.
 """
 
 from adaptbot_cli.adapters.transcript.documents import FORMAT, Document, describe, dump, finished
+from adaptbot_cli.adapters.transcript.leftover import LeftOver, left_over
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
 from adaptbot_cli.adapters.transcript.player import Player
 from adaptbot_cli.adapters.transcript.reading import has_ended, read, read_cut, unfinished
@@ -13,6 +14,7 @@ from adaptbot_cli.adapters.transcript.recorder import Recorder
 __all__ = [
     "FORMAT",
     "Document",
+    "LeftOver",
     "Memory",
     "Player",
     "Recorder",
@@ -22,6 +24,7 @@ __all__ = [
     "dump",
     "finished",
     "has_ended",
+    "left_over",
     "read",
     "read_cut",
     "unfinished",

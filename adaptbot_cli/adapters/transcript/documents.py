@@ -4,13 +4,16 @@ from typing import Any
 
 import yaml
 
+from adaptbot_cli.core.editing import Edit, edited
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.parsing import parse
 from adaptbot_cli.core.plan import Finding, Step
 from adaptbot_cli.core.questions import LATER, Answer, Key, Question, Reviewed
 from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.core.turns import (
+    Amend,
     Ask,
     Checked,
     Execute,
@@ -60,6 +63,8 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
             return {"turn": "checked", **_report(turn.report)}
         case Ask():
             return {"turn": "ask", **_question(turn.question)}
+        case Amend():
+            return {"turn": "edit"}
         case Offer():
             asks = [question.prop for question in turn.questions]
             return {"turn": "offer", "about": turn.questions[0].about, "asks": asks}
@@ -141,6 +146,8 @@ def told_of_reply(turn: Turn, reply: object) -> Document:
         case Answer():
             to = {"to": told_of_key(reply.to)} if reply.to is not None else {}
             return {"answer": reply.value, **to, **_by(reply)}
+        case Edit():
+            return _edit(turn, reply)
         case tuple() if isinstance(turn, Offer):
             return _offered(turn, reply)
         case Reviewed():
@@ -159,7 +166,24 @@ def told_of_reply(turn: Turn, reply: object) -> Document:
             return {}
 
 
-def _by(answer: Answer) -> Document:
+def _edit(turn: Turn, edit: Edit) -> Document:
+    text = "reason" if edit.kind == "reject" else "call"
+    told = {"edit": edit.kind, "step": edit.step, "to": edit.to, text: edit.text}
+    document = {**{key: value for key, value in told.items() if value}, **_by(edit)}
+    if isinstance(turn, Amend) and edit.kind != "reject":
+        document["plan"] = edited(edit, turn.report, parse)
+    return document
+
+
+def edit_of(document: Document) -> Edit:
+    """Return the edit that a document tells."""
+    kind = document["edit"]
+    text = document.get("reason" if kind == "reject" else "call", "")
+    by, at = str(document.get("by", "")), str(document.get("at", ""))
+    return Edit(kind, document.get("step", 0), document.get("to", 0), str(text), by, at)
+
+
+def _by(answer: Answer | Edit) -> Document:
     return {key: value for key, value in (("by", answer.by), ("at", answer.at)) if value}
 
 

@@ -3,21 +3,34 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from adaptbot_cli.adapters.transcript.documents import Document, finding_text, key_of, said
+from adaptbot_cli.adapters.transcript.documents import (
+    Document,
+    edit_of,
+    finding_text,
+    key_of,
+    said,
+)
+from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.questions import LATER, STOP, Answer, Key, Question, Reviewed, fits
-from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose, Volunteer
+from adaptbot_cli.core.turns import Amend, Editor, Human, Planner, Proposal, Propose, Volunteer
 
 Prompt = tuple[int, tuple[str, ...]]
 
 
 @dataclass(slots=True)
 class Memory:
-    """The plans and the answers of a run: by prompt, by question."""
+    """The plans, the answers and the edits of a run: by prompt, by question, by text of the plan.
+
+    `plan` is the last one that was looked at: one that was `proposed` may have been refused.
+    """
 
     proposals: dict[Prompt, Proposal] = field(default_factory=dict)
     answers: dict[Key, Answer] = field(default_factory=dict)
     offers: set[str] = field(default_factory=set)
+    edits: dict[str, list[Edit]] = field(default_factory=dict)
+    proposed: str = ""
+    plan: str = ""
 
     def take(self, documents: Iterable[Document]) -> None:
         """Add what a run's documents tell; later answers go before earlier ones."""
@@ -26,6 +39,12 @@ class Memory:
                 case "propose" if isinstance(document.get("reply"), str):
                     prompt = (int(document.get("attempt", 0)), _texts(document.get("findings")))
                     self.proposals[prompt] = Proposal(document["reply"], calls=0)
+                    self.proposed = document["reply"]
+                case "checked":
+                    self.plan = self.proposed
+                case "edit" if document.get("edit") in EDITS:
+                    self.edits.setdefault(self.plan, []).append(edit_of(document))
+                    self.proposed = str(document.get("plan", self.plan))
                 case "ask":
                     self._take_answer(document)
                 case "offer":
@@ -106,6 +125,13 @@ class RememberingHuman:
         if isinstance(self.human, Volunteer):
             return self.human.offer(questions)
         return (LATER,) * len(questions)
+
+    def amend(self, turn: Amend) -> Edit | None:
+        """Give the edit that this plan was given, and ask for others."""
+        known = self.memory.edits.get(turn.report.text)
+        if known:
+            return known.pop(0)
+        return self.human.amend(turn) if isinstance(self.human, Editor) else None
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
         """Ask: a review is only over with the run."""

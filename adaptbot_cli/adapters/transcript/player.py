@@ -8,22 +8,25 @@ from typing import Any
 from adaptbot_cli.adapters.transcript.documents import (
     Document,
     describe,
+    edit_of,
     finished,
     key_of,
     said,
     told_of_reply,
 )
+from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.questions import LATER, Answer, Question, Reviewed, back
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.turns import Execute, Keep, Kept, Proposal, Propose, Turn
+from adaptbot_cli.core.turns import Amend, Execute, Keep, Kept, Proposal, Propose, Turn
 from adaptbot_cli.errors import ReplayError
 
 _GIVEN_BACK = frozenset(
     {
         *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "by", "at"),
         *("answers", "kept", "left_out", "back", "revision"),
+        *("edit", "step", "call", "reason", "plan"),
     }
 )
 """What a document tells of the reply: given back in a replay, not compared."""
@@ -91,6 +94,15 @@ class Player:
         return tuple(
             Answer(said(given[q.prop]), by, at) if q.prop in given else LATER for q in questions
         )
+
+    def amend(self, turn: Amend) -> Edit | None:
+        """Give the recorded edit, if there is one here."""
+        if not self.current:
+            return None
+        kind = self._given("edit")
+        if kind not in EDITS:
+            raise self._differs(f"`edit: {kind}` is none of {', '.join(EDITS)}")
+        return edit_of(self.current)
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
         """Accept, unless the transcript tells otherwise."""

@@ -15,7 +15,7 @@ from adaptbot_cli.adapters.transcript.documents import (
 )
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.turns import Turn
+from adaptbot_cli.core.turns import Amend, Turn
 
 
 @dataclass(slots=True)
@@ -35,12 +35,17 @@ class Recorder:
     def replied(self, turn: Turn, reply: object) -> None:
         """Write a turn with its reply."""
         told = describe(turn, self.kg)
-        if told is not None:
+        left_as_it_is = isinstance(turn, Amend) and reply is None
+        if told is not None and not left_as_it_is:
             self._write({**told, **told_of_reply(turn, reply)})
 
     def finished(self, result: Result) -> None:
         """Write the last document."""
         self._write(finished(result))
+
+    def ended(self) -> None:
+        """Write the last document of what was no run."""
+        self._write({"turn": "finished"})
 
     def _write(self, document: Document) -> None:
         self.file.write(dump(document))

@@ -18,6 +18,7 @@ from adaptbot_cli.core.names import nearest
 from adaptbot_cli.core.pack.entry import Entry, check_message, entries, order_of
 from adaptbot_cli.core.pack.noting import NOTHING, Notes
 from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
+from adaptbot_cli.core.pack.vocabulary import check_terms
 from adaptbot_cli.core.sparql import mentions, prefixed, split_update, template, variables
 from adaptbot_cli.core.terms import AB, local
 
@@ -39,6 +40,19 @@ def read_actions(
         actions.setdefault(action.name, action)
     _check_names(found, actions)
     return actions
+
+
+def read_action(
+    graph: Graph, node: URIRef, properties: Mapping[URIRef, Property], declared: Collection[URIRef]
+) -> Action:
+    """Read one action, as `read_actions` does, alone. Raises PackError."""
+    notes = Notes()
+    check_terms(graph, "actions.ttl", notes)
+    entry = Entry.of(graph, "actions.ttl", node, notes)
+    action = _action(entry)
+    _check_action(entry, action, properties, declared)
+    notes.refuse()
+    return action
 
 
 def _action(entry: Entry) -> Action:
