@@ -175,7 +175,6 @@ def test_reading_without_an_interrupted_write_takes_no_lock(tmp_path: Path) -> N
 
 def test_where_a_fact_comes_from_is_told_from_the_commit_that_has_it(tmp_path: Path) -> None:
     one = keeper(tmp_path)
-    one.start()
     one.keep(leek("fridge"))
     assert one.trace("leek obj_location fridge") == "exists"
     assert one.trace("onion IsLiquid false") == "from the kitchen as it came"
