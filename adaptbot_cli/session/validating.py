@@ -62,7 +62,7 @@ def _explained(fault: str, domain: str, home: Home | None) -> Wrong:
 
 def _meant(name: str, told: str, home: Home) -> list[Triple]:
     """The facts that a fault is about: those of its thing whose predicate or place it names."""
-    words = set(re.split(r"[\s:,]+", told))
+    words = set(re.split(r"[\s:,()]+", told))
     places = {kind.location_property for kind in home.kg.domain.kinds.values()}
     about = sorted(t for t in home.facts if name in (home.words.name(t[0]), local(t[0])))
     named = [t for t in about if local(t[1]) in words]

@@ -244,7 +244,7 @@ def test_hand_edits_are_told_and_committed_if_they_fit(fresh: Fresh) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled 7")
     told = standing.status(fresh())
     assert list(told.edited) == ["state.ttl"] and len(told.faults) == 1
-    with pytest.raises(KnowledgeError, match="egg: IsBoiled must be a boolean"):
+    with pytest.raises(KnowledgeError, match="egg: .*IsBoiled.* must be a boolean"):
         changing.commit_edits(fresh(), "wrong")
     [fault] = validating.validate(fresh().workspace, "kitchen")
     assert fault.file == "kg/kitchen/state.ttl" and "not committed" in fault.cause
@@ -320,7 +320,7 @@ REFUSED = {
     "both": (["revert", "HEAD", "--answer", "x"], "say what to undo"),
     "unfit": (
         ["query", "INSERT DATA { ex:egg ex:obj_location ex:onion }", "--update", "--yes"],
-        "egg: obj_location",
+        "must be a receptacle, onion is not",
     ),
 }
 
