@@ -73,7 +73,7 @@ class SimulatedHuman:
             case "place":
                 return self._place(question)
             case _:
-                return LATER.value
+                return _agreed(question)
 
     def _item(self, question: Question) -> str:
         found = self.truth.find(question.about)
@@ -131,6 +131,11 @@ class SimulatedHuman:
             self.seconds += THINK + (len(value.removeprefix("is ")) + 1) * KEY
 
 
+def _agreed(question: Question) -> str:
+    """Yes to what is offered, such as steps that the goal needs; nothing else can be told."""
+    return YES if any(choice.value == YES for choice in question.choices) else LATER.value
+
+
 def _reading(text: str) -> float:
     """Seconds to read a text."""
     return len(text.split()) * 60 / WORDS_A_MINUTE
@@ -147,7 +152,7 @@ def _wrongly(value: str, question: Question, chance: random.Random) -> str:
     """Another answer that the question offers: what is denied, mistaken, put somewhere else."""
     if question.kind == "existence":
         return EXISTS if value == ABSENT else ABSENT
-    if question.kind == "attribute":
+    if value in (YES, NO):
         return YES if value == NO else NO
     never = {value, UNKNOWN, LATER.value}
     others = [choice.value for choice in question.choices if choice.value not in never]

@@ -25,6 +25,9 @@ from adaptbot_cli.workspace import Workspace
 
 Json = dict[str, Any]
 
+_CODE = Path(__file__).parents[1]
+"""The program itself: trials of another state of it are no part of the same experiment."""
+
 
 @dataclass(frozen=True, slots=True)
 class Setting:
@@ -86,6 +89,7 @@ class Experiment:
         contents = [repr(row).encode() for row in self.rows]
         contents += [self.world.files[name] for name in sorted(self.world.files)]
         contents += [repr(sorted(graph)).encode() for graph in graphs]
+        contents += [path.read_bytes() for path in sorted(_CODE.rglob("*.py"))]
         return digest(self.setting.as_json(), contents)
 
     def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:

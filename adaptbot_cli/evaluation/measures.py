@@ -12,6 +12,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Bound, Report, Result
 from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import AB
@@ -77,8 +78,8 @@ class Seen:
     lost: tuple[str, ...]
 
 
-def seen(result: Result, required: Iterable[str], kg: Kg) -> Seen:
-    """Look at what became of the required items."""
+def seen(result: Result, required: Iterable[str], told: Iterable[Finding], kg: Kg) -> Seen:
+    """Look at what became of the required items; `told` are the findings that the arm reports."""
     steps = list(_succeeded(result.report))
     wanted = tuple(required)
     met = {entity for bound, delta in steps for entity in _met(bound, delta)}
@@ -90,12 +91,12 @@ def seen(result: Result, required: Iterable[str], kg: Kg) -> Seen:
         for entity in _met(bound, delta)
     }
     used = tuple(name for name in wanted if met & set(kg.find(name)))
-    told = {normal(f.subject) for f in findings(result)} | set(map(normal, result.report.missing))
+    reported = {normal(finding.subject) for finding in told}
     names, things = _named(result.report, kg)
     lost = tuple(
         name
         for name in wanted
-        if normal(name) not in told | names and not things & set(kg.find(name))
+        if normal(name) not in reported | names and not things & set(kg.find(name))
     )
     return Seen(used, tuple(name for name in wanted if worked & set(kg.find(name))), lost)
 

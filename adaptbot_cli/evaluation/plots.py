@@ -131,7 +131,8 @@ def _draw_steps(axes: Any, lines: Lines) -> None:
             clip_on=False,
         )
     _task_order(axes, lines)
-    axes.legend(fontsize=7, loc="best", handlelength=3)
+    axes.set_ylim(top=axes.get_ylim()[1] * 1.3)  # room for the names of the series
+    axes.legend(fontsize=7, loc="upper left", handlelength=3)
 
 
 def _places(line: Line) -> range:

@@ -22,9 +22,10 @@ from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parsing import parse
-from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
@@ -185,11 +186,19 @@ def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
     return pursue(task, kg, parse, rules.policy, replans)
 
 
+def _reported(arm: str, result: Result) -> tuple[Finding, ...]:
+    """What an arm says of its own result: a model alone has nothing but the error that stops it."""
+    if arm != "llm":
+        return findings(result)
+    error = result.outcome.error if result.outcome else None
+    return (error,) if error else ()
+
+
 def _measured(
     row: Row, arm: str, result: Result, kg: Kg, person: SimulatedHuman, seconds: float
 ) -> Trial:
     required = result.report.task.required
-    seen = measures.seen(result, required, kg)
+    seen = measures.seen(result, required, _reported(arm, result), kg)
     usage = result.usage
     return Trial(
         id=row.id,
