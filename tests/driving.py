@@ -8,7 +8,7 @@ from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.questions import NO, Answer, Question
 from adaptbot_cli.core.report import Outcome, Result
 from adaptbot_cli.core.turns import (
     Amend,
@@ -71,7 +71,8 @@ class Script:
             return self.answers
         key = " ".join(part for part in (question.kind, question.about, question.prop) if part)
         short = f"{question.kind} {question.about}"
-        value = self.answers.get(key, self.answers.get(short))
+        unless_told = NO if question.kind == "mend" else None  # the plan stays as it is
+        value = self.answers.get(key, self.answers.get(short, unless_told))
         assert value is not None, f"no answer is scripted for {key!r}"
         return Answer(value, by="tester")
 

@@ -95,6 +95,9 @@ KINDS: dict[str, Callable[[Seen, Any], bool]] = {
     "a missing step": _inserts,
     "a re-prompt": lambda seen, _: any(turn.attempt for turn, _ in seen.all(Propose)),
     "a required item guarded": _guards,
+    "a plan mended": lambda seen, result: (
+        result.goal_met and any(turn.question.kind == "mend" for turn, _ in seen.all(Ask))
+    ),
     "an answer corrected": lambda seen, _: any(reply.to for _, reply in seen.all(Ask)),
     "a goal that is not met": lambda _, result: not result.goal_met,
     "no model at all": lambda _, result: result.usage.model_calls == 0,

@@ -7,12 +7,13 @@ from typing import Any, Literal
 from adaptbot_cli.core.editing import Edit, edited, rejection
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.mend import mended
 from adaptbot_cli.core.names import normal, sentence_list
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.questions import LATER
+from adaptbot_cli.core.questions import EDIT, LATER, NO, STOP, YES, Answer, Choice, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Run, look_at, propose
-from adaptbot_cli.core.turns import Amend, Propose, Turn
+from adaptbot_cli.core.turns import Amend, Ask, Propose, Turn
 
 Reported = Generator[Turn, Any, Report]
 
@@ -46,6 +47,39 @@ def _become(run: Run, report: Report, text: str) -> Reported:
     return (yield from look_at(run, text))
 
 
+def mend(run: Run, report: Report) -> Reported:
+    """Offer, once, the changes that would make the plan reach its goal; make them if agreed to."""
+    if run.policy == "paper" or run.stopped or not unsolved(run, report):
+        return report
+    offered = mended(report, run.scene, run.parse)
+    question = Question(
+        "mend",
+        normal(run.task.name),
+        "Shall I change the plan like this? Then it reaches its goal.",
+        choices=_MEND,
+        notes=offered.changes if offered else (),
+        answered=tuple(run.asked.values()),
+    )
+    if offered is None or question.key in run.asked:
+        return report
+    answer: Answer = yield Ask(question)
+    if answer.value == EDIT:
+        return (yield from amended(run, report, "asked"))
+    if answer.value == STOP.value:
+        run.stopped, answer = True, LATER
+    run.asked[question.key] = (question, answer)
+    if answer.value != LATER.value:
+        run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    return (yield from look_at(run, offered.text)) if answer.value == YES else report
+
+
+_MEND = (
+    Choice(YES, "yes, change it"),
+    Choice(NO, "no, leave it as it is"),
+    Choice(EDIT, "let me change it myself"),
+)
+
+
 def unsolved(run: Run, report: Report) -> bool:
     """Tell whether findings are open about anything but what the person has put off."""
     later = {q.about for q, answer in run.asked.values() if answer.value == LATER.value}
@@ -53,12 +87,17 @@ def unsolved(run: Run, report: Report) -> bool:
 
 
 def still_open(run: Run, report: Report) -> tuple[Finding, ...]:
-    """Return what a new plan could mend: not what nobody answers, nor a required item not there."""
+    """Return what a new plan could mend: not what nobody answers, nor a required item not there.
+
+    That a required item is unknown is the person's to mend; the paper's policy re-prompts for it.
+    """
+
+    def lacks(f: Finding) -> bool:
+        unknown = f.code == "E201" and run.policy == "tutor"
+        return run.scene.requires(f.subject) and (unknown or is_absent(run.kg, f.subject, "item"))
+
     return tuple(
-        f
-        for f in report.open
-        if normal(f.subject) not in run.scene.aside
-        and not (run.scene.requires(f.subject) and is_absent(run.kg, f.subject, "item"))
+        f for f in report.open if normal(f.subject) not in run.scene.aside and not lacks(f)
     )
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 QuestionKind = Literal[
-    "existence", "kind", "place", "attribute", "value", "contradiction", "action"
+    "existence", "kind", "place", "attribute", "value", "contradiction", "mend", "action"
 ]
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
+from adaptbot_cli.core.amending import amended, guarded, mend, set_aside, still_open, unsolved
 from adaptbot_cli.core.dialogue import ask, keep
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.journal import GoBack, Journal
@@ -74,6 +74,7 @@ def _pursue(run: Run, replans: int) -> Turns:
         if more and _said(still_open(run, report)) - told:
             continue  # the answers brought up what a new plan could mend
         report = yield from set_aside(run, report)
+        report = yield from mend(run, report)
         report = yield from _amend(run, report)
         outcome = yield from _execute(report)
         if outcome is None or outcome.error is None or tries >= replans or run.stopped:
@@ -100,8 +101,11 @@ def _execute(report: Report) -> Generator[Turn, Any, Outcome | None]:
 def _replan(
     run: Run, report: Report, tries: int, limit: int
 ) -> Generator[Turn, Any, tuple[Report, int]]:
-    """Re-prompt with the findings until nothing is open, nothing changes or tries are used up."""
-    seen = {report.text}
+    """Re-prompt with the findings until nothing is open, nothing changes or tries are used up.
+
+    Policy "tutor" goes on with the best plan that there was, the paper's with the last.
+    """
+    seen, best = {report.text}, report
     while still_open(run, report) and tries < limit and not run.stopped:
         tries += 1
         findings = still_open(run, report)
@@ -116,9 +120,17 @@ def _replan(
         new = yield from look_at(run, text)
         same = run.policy == "tutor" and _said(still_open(run, new)) == _said(findings)
         report = new
+        best = min(best, report, key=_short_of_goal)
         if same:
             break
+    if run.policy == "tutor" and best.text != report.text:
+        report = yield from look_at(run, best.text)
     return report, tries
+
+
+def _short_of_goal(report: Report) -> tuple[bool, int, int]:
+    """How far a plan is from its goal: the less, the better."""
+    return not report.live, len(report.blocking), len(report.open)
 
 
 def _said(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:

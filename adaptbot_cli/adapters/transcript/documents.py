@@ -83,7 +83,8 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
 
 
 def _question(question: Question) -> Document:
-    return {**told_of_key(question.key), "text": question.text}
+    notes = {"notes": list(question.notes)} if question.notes else {}
+    return {**told_of_key(question.key), "text": question.text, **notes}
 
 
 def told_of_key(key: Key) -> Document:
