@@ -7,13 +7,12 @@ from typing import Any, Literal
 from adaptbot_cli.core.editing import Edit, edited, rejection
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.mend import mended
 from adaptbot_cli.core.names import normal, sentence_list
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.questions import EDIT, LATER, NO, STOP, YES, Answer, Choice, Question
+from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Run, look_at, propose
-from adaptbot_cli.core.turns import Amend, Ask, Propose, Turn
+from adaptbot_cli.core.turns import Amend, Propose, Turn
 
 Reported = Generator[Turn, Any, Report]
 
@@ -45,39 +44,6 @@ def _become(run: Run, report: Report, text: str) -> Reported:
     if text != report.text:
         run.edits[report.text] = text
     return (yield from look_at(run, text))
-
-
-def mend(run: Run, report: Report) -> Reported:
-    """Offer, once, the changes that would make the plan reach its goal; make them if agreed to."""
-    if run.policy == "paper" or run.stopped or not unsolved(run, report):
-        return report
-    offered = mended(report, run.scene, run.parse)
-    question = Question(
-        "mend",
-        normal(run.task.name),
-        "Shall I change the plan like this? Then it reaches its goal.",
-        choices=_MEND,
-        notes=offered.changes if offered else (),
-        answered=tuple(run.asked.values()),
-    )
-    if offered is None or question.key in run.asked:
-        return report
-    answer: Answer = yield Ask(question)
-    if answer.value == EDIT:
-        return (yield from amended(run, report, "asked"))
-    if answer.value == STOP.value:
-        run.stopped, answer = True, LATER
-    run.asked[question.key] = (question, answer)
-    if answer.value != LATER.value:
-        run.usage = replace(run.usage, questions=run.usage.questions + 1)
-    return (yield from look_at(run, offered.text)) if answer.value == YES else report
-
-
-_MEND = (
-    Choice(YES, "yes, change it"),
-    Choice(NO, "no, leave it as it is"),
-    Choice(EDIT, "let me change it myself"),
-)
 
 
 def unsolved(run: Run, report: Report) -> bool:

@@ -61,7 +61,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
                 if meant.change is not None:
                     sound = replace(sound, changes=(meant.change, *sound.changes))
                 later = islice(calls, place + 1, None)
-                walk.take(written, sound, _pointless(sound, later, scene))
+                walk.take(written, sound, _pointless(sound, later, walk, scene))
         _put_right(walk, before, scene)
         _reach_goals(walk, scene)
         checked = parsed.calls and not walk.tainted
@@ -100,10 +100,10 @@ def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
     return first.values()
 
 
-def _pointless(sound: Sound, later: Iterable[Call], scene: Scene) -> str:
+def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) -> str:
     """Why a step is not needed: what it is for holds already, or what it moves need not move."""
     if sound.bound is not None:
-        return _served(sound.bound, scene)
+        return _left_there(sound.bound, walk, scene) or _served(sound.bound, scene)
     action = sound.action
     if action is None or not (action.fetches or action.purpose) or not sound.call.args:
         return ""
@@ -111,11 +111,34 @@ def _pointless(sound: Sound, later: Iterable[Call], scene: Scene) -> str:
     told = "; ".join(finding.message for finding in sound.findings)
     if not moved or any(finding.code not in _OF_MOVING for finding in sound.findings):
         return ""
+    why = f"{told}, and no later step moves it"
     for call in later:
-        looked_at = call.args[:1] if action.fetches else call.args
-        if any(moved & set(scene.kg.find(arg)) for arg in looked_at):
-            return _needless(told, understand(call, scene).bound, scene)
-    return f"{told}, and no later step moves it" if action.fetches else ""
+        named = [bool(moved & set(scene.kg.find(arg))) for arg in call.args]
+        if not any(named[:1] if action.fetches else named):
+            if any(named) and not why:
+                why = f"{told}, and it is used where it stands"
+            continue
+        needless = _needless(told, understand(call, scene).bound, scene)
+        if needless or not _moves(call, scene):
+            return needless
+        why = ""  # it was to be somewhere else, unless it is used all the same
+    return why if action.fetches else ""
+
+
+def _moves(call: Call, scene: Scene) -> bool:
+    """Whether a call does nothing but move something: pick it up, put it down."""
+    known = action(call.action, scene).action
+    return known is not None and (known.fetches or known.purpose is not None)
+
+
+def _left_there(bound: Bound, walk: Walk, scene: Scene) -> str:
+    """Why something is not put down: it could not be picked up, and need not be."""
+    thing = next(iter(bound.values.values()), None)
+    if bound.action.purpose is None or thing not in walk.left_there:
+        return ""
+    if all_hold(complete(bound, scene.kg), scene.kg):
+        return ""
+    return f"{scene.kg.name(thing)} stays where it is"
 
 
 def _needless(told: str, following: Bound | None, scene: Scene) -> str:
@@ -171,8 +194,8 @@ def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
 def _reach_goals(walk: Walk, scene: Scene) -> None:
     """Add the steps that bring a goal about, where the domain says what they may be about."""
     agent = {"agent": scene.domain.agent}
-    for goal in scene.domain.goals:
-        if goal.classes or not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
+    for goal in (*scene.domain.goals, *scene.task.goals):
+        if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
             continue
         for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
             aim = Aim(lambda q=goal.query: scene.kg.ask(q, agent), mentions(goal.query), row)  # type: ignore[misc]

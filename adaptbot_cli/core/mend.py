@@ -8,10 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from adaptbot_cli.core.additions import Addition, additions
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.plan import Parsed
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.terms import Triple
 
 _ROUNDS = 3
 """How often a mended plan is looked at again for what else would mend it."""
@@ -24,35 +26,54 @@ so that steps before it may yet make it so."""
 
 @dataclass(frozen=True, slots=True)
 class Mended:
-    """A plan that would reach its goal: its text, and each change of the old one in words."""
+    """A plan that is nearer to its goal: its text, and each change of the old one in words.
+
+    `reaches` tells whether it reaches the goal; `supposed` are facts that are not known and must be
+    so for that.
+    """
 
     text: str
     changes: tuple[str, ...]
+    reaches: bool = True
+    supposed: tuple[Triple, ...] = ()
 
 
 def mended(report: Report, scene: Scene, parse: Callable[[str], Parsed]) -> Mended | None:
     """Return a plan without the steps that cannot be done and with those that the goal lacks.
 
-    None if that does not make it executable and meet the goal, or if nothing had to be changed.
+    None if that does not make it executable, or brings it no nearer to its goal.
     """
     changes: list[str] = []
-    for _ in range(_ROUNDS):
-        out = _failing(report, _IMPOSSIBLE)
-        added = additions(report, scene)
-        if not out and not added:
-            out = _failing(report, _IMPOSSIBLE | _TOO_EARLY)
-        if not out and not added:
-            return None
-        changes += [
-            f"leave out {report.steps[n].call.render()}: {report.steps[n].reason}"
-            for n in sorted(out)
-        ]
-        changes += [f"add {a.told} {a.where}: {a.reason}" for a in added]
-        text = _written(report, out, added)
-        report = examine(parse(text), text, scene)
-        if report.executable and not report.open:
-            return Mended(text, tuple(dict.fromkeys(changes)))
-    return None
+    supposed: list[Triple] = []
+    short = len(report.open)
+    best: Mended | None = None
+    with scene.kg.rehearsal():
+        for _ in range(_ROUNDS):
+            out = _failing(report, _IMPOSSIBLE)
+            added = additions(report, scene)
+            if not out and not added:
+                out = _failing(report, _IMPOSSIBLE | _TOO_EARLY)
+            if not out and not added:
+                break
+            changes += _told(report, out, added)
+            supposed += [fact for a in added for fact in a.supposed]
+            scene.kg.apply(Delta(added=frozenset(supposed)))
+            text = _written(report, out, added)
+            report = examine(parse(text), text, scene)
+            if report.executable and len(report.open) < short:
+                short = len(report.open)
+                told = tuple(dict.fromkeys(changes))
+                best = Mended(text, told, not short, tuple(dict.fromkeys(supposed)))
+            if not short:
+                break
+    return best
+
+
+def _told(report: Report, out: set[int], added: Sequence[Addition]) -> list[str]:
+    left_out = [
+        f"leave out {report.steps[n].call.render()}: {report.steps[n].reason}" for n in sorted(out)
+    ]
+    return left_out + [f"add {a.told} {a.where}: {a.reason}" for a in added]
 
 
 def _failing(report: Report, codes: frozenset[str]) -> set[int]:

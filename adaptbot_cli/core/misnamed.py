@@ -100,6 +100,7 @@ def _goal(kg: Kg, where: str, goal: Goal) -> Iterator[str]:
             yield f"{where}: {told}; {_remedy(iri, actions, 'declare it there')}"
     yield from _query(kg, where, goal.query, f'"{goal.message}"')
     yield from _query(kg, where, goal.about, f'ab:about of "{goal.message}"')
+    yield from _query(kg, where, goal.helped_by, f'ab:with of "{goal.message}"')
 
 
 def _query(kg: Kg, where: str, query: str, what: str) -> Iterator[str]:

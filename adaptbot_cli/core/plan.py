@@ -107,7 +107,8 @@ class Goal:
 
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
     `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
-    of the things with which missing steps may bring it about, likeliest first; `before` are the
+    of the things with which missing steps may bring it about, likeliest first; `helped_by` is such
+    a SELECT for steps that are only suggested; `before` are the
     actions before which it should be brought about, by IRI; `source` is the query as its author
     wrote it.
     """
@@ -118,6 +119,7 @@ class Goal:
     about: str = ""
     before: frozenset[str] = frozenset()
     source: str = ""
+    helped_by: str = ""
 
 
 @dataclass(frozen=True, slots=True)

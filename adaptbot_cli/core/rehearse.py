@@ -80,21 +80,29 @@ class Repair:
     Shortest first; among equals the domain's order of actions decides. What a successful search
     finds is already applied to the graph. The action `without` is not made use of. With `together`
     several actions may bring the aim about that none does alone: something is put in, then heated.
+    With `supposing` an attribute that is not known is taken to be as an action needs it. What is to
+    be used `rather` than another thing is tried first, before what an action would use by itself.
     """
 
     kg: Kg
     without: str = ""
     together: bool = False
+    supposing: bool = False
+    rather: frozenset[Node] = frozenset()
     tries: int = 0
     trail: list[tuple[str, tuple[tuple[str, Node], ...]]] = field(default_factory=list)
 
-    def achieve(self, aim: Aim, longest: int = LONGEST_REPAIR) -> list[Bound] | None:
+    def achieve(self, aim: Aim) -> list[Bound] | None:
         """Return the steps that make an aim hold, or None if few enough cannot."""
-        for limit in range(1, longest + 1):
+        for limit in range(1, LONGEST_REPAIR + 1):
             steps = self._solve(aim, limit)
             if steps is not None:
                 return steps
         return None
+
+    def within(self, aim: Aim, limit: int) -> list[Bound] | None:
+        """Return steps that make an aim hold, the first found of `limit` or fewer, or None."""
+        return self._solve(aim, limit)
 
     def _solve(self, aim: Aim, limit: int) -> list[Bound] | None:
         for bound in self._candidates(aim) if limit > 0 else ():
@@ -112,7 +120,7 @@ class Repair:
     def _step(self, bound: Bound, limit: int) -> list[Bound] | None:
         """Do one action, with what it needs first, within `limit` more steps."""
         key = (bound.action.name, tuple(sorted(bound.values.items())))
-        if key in self.trail or self.tries >= MOST_TRIES or attribute_findings(bound, self.kg):
+        if key in self.trail or self.tries >= MOST_TRIES or self._ruled_out(bound):
             return None
         self.tries += 1
         self.trail.append(key)
@@ -122,6 +130,10 @@ class Repair:
             return None
         perform(bound, self.kg)
         return [*before, bound] if self._changes_only(bound) else None
+
+    def _ruled_out(self, bound: Bound) -> bool:
+        found = attribute_findings(bound, self.kg)
+        return any(f.code != "E301" for f in found) if self.supposing else bool(found)
 
     def _changes_only(self, bound: Bound) -> bool:
         """Whether the last action changed nothing but what it was done to: a missing step must not
@@ -172,4 +184,5 @@ class Repair:
             return [*dict.fromkeys(parameter.words.values())] or [Literal(0)]
         fitting: list[Node | None] = [n for n in pool if self.kg.is_a(n, parameter.classes)]
         left_out: list[Node | None] = [None] if parameter.default or parameter.optional else []
-        return [*left_out, *fitting]
+        first = [node for node in fitting if node in self.rather]
+        return [*dict.fromkeys([*first, *left_out, *fitting])]

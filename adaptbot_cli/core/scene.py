@@ -74,5 +74,7 @@ class Scene:
         """Tell whether the steps with this name are to be dropped, if dropping is allowed."""
         if not self.drop or (subject == "item" and self.requires(name)):
             return False
-        known = normal(name) in self.domain.actions if subject == "action" else self.kg.find(name)
+        if subject == "action" and normal(name) in self.domain.actions:
+            return False  # an item that is not there may bear the name of an action
+        known = subject == "item" and self.kg.find(name)
         return normal(name) in self.aside or (not known and is_absent(self.kg, name, subject))

@@ -23,7 +23,7 @@ TERMS: frozenset[str] = frozenset(
     filler functional goal graph hand hidden holds ifUnknown impliedBy instead insteadMeans
     kindOrder locationProperty message name nameProperty namespace needs of ofProduct optional order
     parameter parameters product prompted property purpose quantifier question requires select
-    starts state stateWord trueWord unit value verb verbField when wordField
+    starts state stateWord trueWord unit value verb verbField when with wordField
     """.split()  # noqa: SIM905 - a list would take a page
 )
 """Every ab: term that means something in a pack's files; any other is a slip of the pen."""

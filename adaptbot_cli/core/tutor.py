@@ -8,11 +8,12 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from adaptbot_cli.core.amending import amended, guarded, mend, set_aside, still_open, unsolved
+from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
 from adaptbot_cli.core.dialogue import ask, keep
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.mending import mend
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.run import Parse, Policy, Run, forget_all, look_at, propose

@@ -29,7 +29,8 @@ from adaptbot_cli.core.terms import TRUE
 
 @dataclass(slots=True)
 class Walk:
-    """The plan as far as it has been rehearsed; `place` is that of the written call at hand."""
+    """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
+    `left_there` are things that cannot be picked up and need not be."""
 
     kg: Kg
     steps: list[Step] = field(default_factory=list)
@@ -37,6 +38,7 @@ class Walk:
     deltas: list[Delta] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     tainted: set[Node] = field(default_factory=set)
+    left_there: set[Node] = field(default_factory=set)
     place: int = 0
 
     def skip(self, written: Written, reason: str) -> None:
@@ -61,6 +63,7 @@ class Walk:
         """Leave out a step that is not needed; if it could not be done either, say so."""
         findings = [Finding("W603", reason, f.subject) for f in sound.findings[:1]]
         self._note(findings, step)
+        self.left_there |= {e for f in findings for e in self.kg.find(f.subject)}
         codes = tuple(f.code for f in findings)
         self._add(replace(step, status="dropped", reason=reason, codes=codes), None)
 

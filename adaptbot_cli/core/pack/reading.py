@@ -178,7 +178,8 @@ def _goal(entry: Entry) -> Iterator[Goal]:
     check_message(entry, message, ("item",) if classes or selects else ())
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
     before = frozenset(str(iri) for iri in entry.iris(AB.before))
-    yield Goal(ask or select, message, classes, about, before, asks or selects)
+    helped_by = query_of(entry, entry.text(AB["with"], ""), "ab:with", "SELECT")
+    yield Goal(ask or select, message, classes, about, before, asks or selects, helped_by)
 
 
 def _tasks(graph: Graph, notes: Notes) -> Iterator[tuple[str, Task]]:
