@@ -137,9 +137,15 @@ def _planner(
     folder = bundled("prompts")
     if chosen.model is None:
         return Library(folder / "library" / kg.domain.name, kg.domain), chosen.why
+    from adaptbot_cli.adapters.planner.local.found import on_board
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts
 
+    if on_board(chosen.model):
+        from adaptbot_cli.adapters.planner.local.prompts import BoardPrompts
+
+        board = BoardPrompts(chosen.model, folder, kg)
+        return Model(board.model, board), chosen.why
     return Model(chosen.model, Prompts(folder, kg)), chosen.why
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.request import urlopen
 
+from adaptbot_cli.adapters.planner.local import found
+
 OLLAMA = "http://127.0.0.1:11434"
 _KEYS = (
     ("OPENAI_API_KEY", "gpt-4o-mini"),
@@ -27,7 +29,7 @@ class Chosen:
 
 
 def choose(option: str | None, settings: Mapping[str, Any], environ: Mapping[str, str]) -> Chosen:
-    """Choose a model: --model, adaptbot.toml, ADAPTBOT_MODEL, a provider's key, Ollama, library."""
+    """Choose a model: --model, adaptbot.toml, ADAPTBOT_MODEL, a key, Ollama, on board, library."""
     said = (
         (option, "--model"),
         (settings.get("model"), "adaptbot.toml"),
@@ -42,6 +44,8 @@ def choose(option: str | None, settings: Mapping[str, Any], environ: Mapping[str
     local = _ollama_model()
     if local:
         return Chosen(f"ollama/{local}", "an Ollama server runs on this machine")
+    if found.installed():
+        return Chosen(found.NAME, "the model on board is installed, and no other is configured")
     return Chosen(None, "no model is configured: see --model")
 
 

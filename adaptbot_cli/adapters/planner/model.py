@@ -3,14 +3,21 @@
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
-from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 
 SECONDS = 120.0
 """How long one answer may take."""
+
+
+class Prompts(Protocol):
+    """What the model is told."""
+
+    def messages(self, turn: Propose) -> list[dict[str, str]]:
+        """Return the chat messages that ask for a plan. Raises ModelError."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +44,7 @@ class Model:
         try:
             return self._answer(litellm, messages)
         except Exception as error:  # litellm raises each provider's own kinds of errors
-            raise ModelError(_sentence(self.name, error)) from None
+            raise _ours(error) or ModelError(_sentence(self.name, error)) from None
 
     def _answer(self, litellm: Any, messages: list[dict[str, str]]) -> Proposal:
         parts = litellm.completion(
@@ -82,6 +89,13 @@ def _cost(litellm: Any, answer: Any) -> float | None:
         return float(litellm.completion_cost(answer))
     except Exception:  # a model without a known price
         return None
+
+
+def _ours(error: BaseException | None) -> ModelError | None:
+    """The model on board's own sentence, which litellm wraps in an error of its own."""
+    while error is not None and not isinstance(error, ModelError):
+        error = error.__cause__ or error.__context__
+    return error
 
 
 _WITHOUT_MODEL = "`--model library` plans without a model."

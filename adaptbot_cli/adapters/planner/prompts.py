@@ -30,7 +30,7 @@ class Prompts:
         messages = [{"role": "user", "content": self._first(turn)}]
         if turn.attempt:
             messages.append({"role": "assistant", "content": turn.previous})
-            messages.append({"role": "user", "content": self._again(turn)})
+            messages.append({"role": "user", "content": self.again(turn)})
         return messages
 
     def _first(self, turn: Propose) -> str:
@@ -45,7 +45,8 @@ class Prompts:
             required=turn.task.required,
         )
 
-    def _again(self, turn: Propose) -> str:
+    def again(self, turn: Propose) -> str:
+        """Return what is said after a plan that has findings."""
         findings = [_told(finding) for finding in turn.findings]
         return self._render(
             "replan.j2", findings=list(dict.fromkeys(findings)), required=turn.task.required

@@ -88,7 +88,8 @@ class Engine:
             line = self._answers.get(timeout=max(0.0, until - time.monotonic()))
         except Empty:
             raise ModelError(
-                f"The model on board, {self.file.name}, has not finished its plan in time. {_OTHERWISE}"
+                f"The model on board, {self.file.name}, has not finished its plan in time. "
+                f"{_OTHERWISE}"
             ) from None
         if line is None:
             raise self._dead()

@@ -22,7 +22,7 @@ class OnBoard(litellm.CustomLLM):  # type: ignore[misc]
         self.engine = engine
         self.grammar = grammar
 
-    def streaming(  # type: ignore[override]
+    def streaming(
         self,
         *,
         messages: Sequence[Mapping[str, str]],

@@ -1,8 +1,8 @@
 """The process that runs the model on board: `python -m …local.worker FILE CONTEXT`.
 
-It reads one JSON request a line and writes JSON answers, one a line, a token's text at a time. It is
-a process of its own because llama.cpp ends the whole process where memory or an instruction of the
-processor is lacking, and because Ctrl-C must stop it at once, also in the middle of a prompt.
+It reads one JSON request a line and writes JSON answers, one a line, a token's text at a time. It
+is a process of its own because llama.cpp ends the whole process where memory or an instruction of
+the processor is lacking, and because Ctrl-C must stop it at once, also in the middle of a prompt.
 """
 
 import contextlib
@@ -27,8 +27,8 @@ def main(path: str, context: str) -> None:
         model = Llama(
             path,
             n_ctx=int(context),
-            n_threads=_cores(),
-            n_threads_batch=_cores(),
+            n_threads=_threads(),
+            n_threads_batch=_threads(),
             seed=0,
             verbose=False,
         )
@@ -78,11 +78,9 @@ def _tokens(model: Llama, messages: list[dict[str, str]]) -> list[int]:
     return list(model.tokenize(text.encode(), add_bos=False, special=True))
 
 
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on macOS and Windows
-        return os.cpu_count() or 1
+def _threads() -> int:
+    """Half of the cores: threads that wait for each other on a busy machine stand still."""
+    return max(1, (os.cpu_count() or 1) // 2)
 
 
 def _own_stdout() -> TextIO:

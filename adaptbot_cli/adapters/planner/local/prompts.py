@@ -1,0 +1,112 @@
+"""What the model on board is shown: a few plans of the library, each as an answer to its task.
+
+A small model goes by examples more than by rules, and its grammar keeps it to the actions anyway.
+So the prompt is not the one of the large models: no list of actions, only tasks and their plans,
+the nearest one last.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
+from adaptbot_cli.adapters.planner.local.engine import Engine
+from adaptbot_cli.adapters.planner.local.found import model_file
+from adaptbot_cli.adapters.planner.local.grammar import grammar
+from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import singulars, words
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.turns import Propose
+
+EXAMPLES = 2
+"""How many plans of the library the model is shown; more made its plans no better."""
+
+Message = dict[str, str]
+
+
+def nearest_plans(task: Task, library: Iterable[LibraryPlan], count: int) -> list[LibraryPlan]:
+    """Return the plans nearest to a task, farthest first: the one that the library itself would
+    take, then those that share most words of their names and most ingredients with the task."""
+    plans = list(library)
+    taken = nearest_plan(task.name, plans)
+    first = taken[0] if taken else None
+    ranked = sorted(plans, key=lambda plan: (plan is not first, -_nearness(task, plan)))
+    return ranked[:count][::-1]
+
+
+def _nearness(task: Task, plan: LibraryPlan) -> float:
+    named = max((_shared(_words(task.name), _words(name)) for name in plan.names), default=0.0)
+    return named + _shared(set(task.required), set(plan.ingredients))
+
+
+def _words(text: str) -> set[str]:
+    return {(singulars(word) or (word,))[0] for word in words(text)}
+
+
+def _shared(one: set[str], other: set[str]) -> float:
+    """Jaccard's index: what two sets share, of all that they hold."""
+    return len(one & other) / (len(one | other) or 1)
+
+
+@dataclass(slots=True)
+class BoardPrompts:
+    """The prompts of the model that `name`, `local` or `local:PATH`, means.
+
+    Raises:
+        ModelError: on making, if it is not installed, or the file is missing or no model.
+    """
+
+    name: str
+    folder: Path
+    kg: Kg
+    file: Path = field(init=False)
+    _registered: bool = field(default=False, init=False)
+
+    def __post_init__(self) -> None:
+        self.file = model_file(self.name)
+
+    @property
+    def model(self) -> str:
+        """The name by which litellm knows the model: it says which, not where it lies."""
+        return f"local/{self.file.stem}"
+
+    def messages(self, turn: Propose) -> list[Message]:
+        """Return the chat: examples, the task, and at a re-prompt the last plan and its findings.
+
+        Makes the model known to litellm when it is first called.
+        """
+        if not self._registered:
+            self._register()
+        library = read_library(self.folder / "library" / self.kg.domain.name)
+        chat: list[Message] = []
+        for plan in nearest_plans(turn.task, library, EXAMPLES):
+            chat += _exchange(plan)
+        chat.append(_said("user", _asked(turn.task.name, turn.task.required)))
+        if turn.attempt:
+            again = Prompts(self.folder, self.kg).again(turn)
+            chat += [_said("assistant", turn.previous), _said("user", again)]
+        return chat
+
+    def _register(self) -> None:
+        from adaptbot_cli.adapters.planner.local.provider import register
+
+        register(self.file.stem, Engine(self.file), grammar(self.kg.domain))
+        self._registered = True
+
+
+def _exchange(plan: LibraryPlan) -> list[Message]:
+    """A plan of the library, as if the model had been asked for it and had written it."""
+    name, items = plan.names[0], plan.ingredients
+    written = (line.partition("#")[0].rstrip() for line in plan.render(name, items).splitlines())
+    text = "\n".join(line for line in written if line)
+    return [_said("user", _asked(name, items)), _said("assistant", text)]
+
+
+def _asked(task: str, items: Iterable[str]) -> str:
+    told = ", ".join(items)
+    return f"Task: {task}\nUse all of: {told}" if told else f"Task: {task}"
+
+
+def _said(role: str, content: str) -> Message:
+    return {"role": role, "content": content}
