@@ -5,15 +5,17 @@ So the prompt is not the one of the large models: no list of actions, only tasks
 the nearest one last.
 """
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
 from adaptbot_cli.adapters.planner.local.engine import Engine
 from adaptbot_cli.adapters.planner.local.found import model_file
 from adaptbot_cli.adapters.planner.local.grammar import grammar
-from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.adapters.planner.prompts import MOST_NAMES, Prompts
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import singulars, words
 from adaptbot_cli.core.plan import Task
@@ -23,6 +25,7 @@ EXAMPLES = 2
 """How many plans of the library the model is shown; more made its plans no better."""
 
 Message = dict[str, str]
+_NAME = re.compile(r'"([^"\n]+)"')
 
 
 def nearest_plans(task: Task, library: Iterable[LibraryPlan], count: int) -> list[LibraryPlan]:
@@ -61,7 +64,7 @@ class BoardPrompts:
     folder: Path
     kg: Kg
     file: Path = field(init=False)
-    _registered: bool = field(default=False, init=False)
+    _grammar: str = field(default="", init=False)
 
     def __post_init__(self) -> None:
         self.file = model_file(self.name)
@@ -76,12 +79,14 @@ class BoardPrompts:
 
         Makes the model known to litellm when it is first called.
         """
-        if not self._registered:
+        if not self._grammar:
             self._register()
         library = read_library(self.folder / "library" / self.kg.domain.name)
         chat: list[Message] = []
         for plan in nearest_plans(turn.task, library, EXAMPLES):
             chat += _exchange(plan)
+        names = {name for message in chat for name in _NAME.findall(message["content"])}
+        self._grammar = grammar(self.kg.domain, names | told(turn.task) | self._known())
         chat.append(_said("user", _asked(turn.task.name, turn.task.required)))
         if turn.attempt:
             again = Prompts(self.folder, self.kg).again(turn)
@@ -91,8 +96,19 @@ class BoardPrompts:
     def _register(self) -> None:
         from adaptbot_cli.adapters.planner.local.provider import register
 
-        register(self.file.stem, Engine(self.file), grammar(self.kg.domain))
-        self._registered = True
+        register(self.file.stem, Engine(self.file), lambda: self._grammar)
+
+    def _known(self) -> set[str]:
+        """The names of the things that a prompt names, whatever the task."""
+        kinds = [kind.iri for kind in self.kg.domain.teachable if kind.prompted]
+        found = (self.kg.instances([kind])[:MOST_NAMES] for kind in kinds)
+        return {self.kg.name(entity) for entities in found for entity in entities}
+
+
+def told(task: Task) -> set[str]:
+    """Return the names that a task tells, known or not: required items, words, pairs of words."""
+    said = words(task.name)
+    return {*task.required, *said, *("_".join(pair) for pair in pairwise(said))}
 
 
 def _exchange(plan: LibraryPlan) -> list[Message]:

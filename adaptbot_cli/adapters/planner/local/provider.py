@@ -1,6 +1,6 @@
 """The model on board as a provider of litellm. Imports litellm: import it inside functions only."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import litellm
@@ -15,9 +15,9 @@ _ROOM = 256
 
 
 class OnBoard(litellm.CustomLLM):  # type: ignore[misc]
-    """Streams plans of one engine, in the form of one grammar."""
+    """Streams plans of one engine. `grammar` gives the form of the next one."""
 
-    def __init__(self, engine: Engine, grammar: str) -> None:
+    def __init__(self, engine: Engine, grammar: Callable[[], str]) -> None:
         super().__init__()
         self.engine = engine
         self.grammar = grammar
@@ -37,7 +37,7 @@ class OnBoard(litellm.CustomLLM):  # type: ignore[misc]
         """
         request = {
             "messages": list(messages),
-            "grammar": self.grammar,
+            "grammar": self.grammar(),
             "temperature": optional_params.get("temperature") or 0.0,
             "tokens": _TOKENS,
             "room": _ROOM,
@@ -67,7 +67,7 @@ def _usage(answer: Mapping[str, Any]) -> dict[str, int]:
     }
 
 
-def register(name: str, engine: Engine, grammar: str) -> None:
+def register(name: str, engine: Engine, grammar: Callable[[], str]) -> None:
     """Make `local/NAME` a model of litellm, which costs nothing."""
     entry = {"provider": PROVIDER, "custom_handler": OnBoard(engine, grammar)}
     others = [e for e in litellm.custom_provider_map if e["provider"] != PROVIDER]
@@ -82,6 +82,8 @@ def register(name: str, engine: Engine, grammar: str) -> None:
                 "max_output_tokens": _TOKENS,
                 "input_cost_per_token": 0.0,
                 "output_cost_per_token": 0.0,
+                "cache_creation_input_token_cost": 0.0,
+                "cache_read_input_token_cost": 0.0,
             }
         }
     )

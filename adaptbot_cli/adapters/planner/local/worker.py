@@ -16,6 +16,8 @@ from typing import Any, TextIO
 from llama_cpp import Llama, LlamaGrammar
 from llama_cpp.llama_chat_format import Jinja2ChatFormatter
 
+_SAME = 3
+"""How often a plan may say the same."""
 _TEMPLATE = "tokenizer.chat_template"
 
 
@@ -54,13 +56,22 @@ def _answer(model: Llama, request: dict[str, Any]) -> Iterator[dict[str, Any]]:
         grammar=LlamaGrammar.from_string(request["grammar"], verbose=False),
         stream=True,
     )
-    written, finish = 0, None
+    written, finish, text = 0, None, ""
     for part in parts:
         choice = part["choices"][0]
         written, finish = written + 1, choice["finish_reason"]
         if choice["text"]:
+            text += choice["text"]
             yield {"text": choice["text"]}
+        if _circles(text):
+            break
     yield {"finished": finish or "stop", "prompt": len(prompt), "completion": written}
+
+
+def _circles(text: str) -> bool:
+    """Tell whether a plan has ended in saying the same again and again, as small models do."""
+    lines = text.splitlines()
+    return text.endswith("\n") and lines.count(lines[-1]) > _SAME
 
 
 def _tokens(model: Llama, messages: list[dict[str, str]]) -> list[int]:
