@@ -36,6 +36,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Ask, Planner, Turn
 from adaptbot_cli.core.tutor import pursue
+from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive, load
 from adaptbot_cli.session.driving import Nowhere
@@ -94,7 +95,10 @@ def trial(arm: str, recipe: dict[str, Any], replans: int) -> Trial:
     with planner(arm, task, kg) as plans:
         ports = Ports(plans, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere(), [questions])
         started = time.monotonic()
-        result = drive(pursue(task, kg, parse, "tutor", replans), ports)
+        try:
+            result = drive(pursue(task, kg, parse, "tutor", replans), ports)
+        except ModelError:  # no plan in time
+            return Trial(False, False, 0.0, 0, 0, time.monotonic() - started)
         seconds = time.monotonic() - started
     named = {
         normal(arg) for written in parse(result.report.text).calls for arg in written.call.args
