@@ -22,7 +22,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Propose
 
 EXAMPLES = 2
-"""How many plans of the library the model is shown; more made its plans no better."""
+"""How many plans of the library the model is shown."""
 
 Message = dict[str, str]
 _NAME = re.compile(r'"([^"\n]+)"')

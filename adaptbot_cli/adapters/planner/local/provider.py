@@ -39,7 +39,7 @@ class OnBoard(litellm.CustomLLM):  # type: ignore[misc]
             "messages": list(messages),
             "grammar": self.grammar(),
             "temperature": optional_params.get("temperature") or 0.0,
-            "tokens": _TOKENS,
+            "tokens": min(_TOKENS, optional_params.get("max_tokens") or _TOKENS),
             "room": _ROOM,
         }
         for answer in self.engine.stream(request, timeout or 600.0):
