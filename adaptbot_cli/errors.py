@@ -34,9 +34,13 @@ class PackError(KnowledgeError):
 
 
 class ModelError(AdaptbotError):
-    """No plan could be had from a model, or no model could be chosen."""
+    """No plan could be had from a model, or no model could be chosen.
+
+    `spent` is what it cost in vain: answers, prompt and completion tokens, dollars if known.
+    """
 
     exit_code = 5
+    spent: tuple[int, int, int, float | None] = (0, 0, 0, None)
 
 
 class ReplayError(AdaptbotError):

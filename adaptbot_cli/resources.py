@@ -1,4 +1,4 @@
-"""Where the files are that travel with the program: domain packs, prompts, transcripts."""
+"""Where the files are that travel with the program: packs, prompts, transcripts, the starter."""
 
 from pathlib import Path
 
@@ -6,6 +6,6 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def bundled(kind: str) -> Path:
-    """Return the folder `kg`, `prompts` or `transcripts`: the wheel's, or else the checkout's."""
+    """Return `kg`, `prompts`, `transcripts` or `starter`: the wheel's folder or the checkout's."""
     installed = _PACKAGE / "bundled" / kind
     return installed if installed.is_dir() else _PACKAGE.parent / kind

@@ -1,5 +1,6 @@
 """The folder in which a home's knowledge lives, and how it is found (docs/workspace.md)."""
 
+import difflib
 import os
 import tomllib
 from collections.abc import Callable
@@ -7,7 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from adaptbot_cli.adapters.store.reading import read_files
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
 
@@ -15,13 +15,31 @@ CONFIG = "adaptbot.toml"
 _FIRST_CONFIG = """\
 # The settings of this workspace. Every one can be given on the command line as well.
 
-# model = "ollama/llama3.2"     # any litellm model name; without one the plan library is used
+# model = "ollama_chat/llama3.2"  # any litellm model name; without one the plan library is used
+# api_base = "http://127.0.0.1:8000/v1"   # of a server of your own
+# timeout = 300                 # seconds of waiting for the model in one run
+# max_tokens = 20000            # of prompts and answers in one run
+# max_cost = 0.10               # US dollars in one run
+# temperature = 0
+# seed = 0
 # domain = "kitchen"
 # policy = "tutor"              # or "paper"
 # replans = 3
 """
+
+
+def _number(value: Any) -> bool:
+    return type(value) in (int, float) and 0 <= value < float("inf")
+
+
 _SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "model": ("a text", lambda value: isinstance(value, str)),
+    "api_base": ("an address", lambda value: isinstance(value, str)),
+    "timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
+    "max_tokens": ("a number of tokens", lambda value: type(value) is int and value > 0),
+    "max_cost": ("an amount in US dollars", _number),
+    "temperature": ("a number from 0 to 2", lambda value: _number(value) and value <= 2),
+    "seed": ("a whole number", lambda value: type(value) is int),
     "domain": ("a text", lambda value: isinstance(value, str)),
     "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
     "replans": ("a number from 0 to 20", lambda value: type(value) is int and 0 <= value <= 20),
@@ -63,6 +81,8 @@ class Workspace:
             UsageError: there is no such domain.
             KnowledgeError: the files cannot be read.
         """
+        from adaptbot_cli.adapters.store.reading import read_files
+
         return read_files(self.folder(domain))
 
     def folder(self, domain: str) -> Path:
@@ -73,16 +93,27 @@ class Workspace:
         root = self.root if self.has(domain) else bundled("kg").parent
         return root / "kg" / domain
 
+    def library(self, domain: str) -> tuple[Path, ...]:
+        """Return the folders of a domain's plan library: the workspace's, then the bundled one."""
+        return tuple(
+            prompts / "library" / domain for prompts in (self.root / "prompts", bundled("prompts"))
+        )
+
+    def own_files(self) -> dict[str, bytes]:
+        """Return the files that every workspace has, those that are not there yet."""
+        files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}
+        if not (self.root / ".gitignore").exists():
+            files[".gitignore"] = _IGNORED.encode()
+        return files
+
     def first_files(self, domain: str) -> dict[str, bytes]:
         """Return what a first use writes: the settings and the bundled pack of a domain.
 
         Nothing that is there already is among it; hold the workspace's lock to rely on that.
         """
-        files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}
-        if not (self.root / ".gitignore").exists():
-            files[".gitignore"] = _IGNORED.encode()
+        files = self.own_files()
         if not self.has(domain):
-            pack = read_files(self.folder(domain))
+            pack = self.files(domain)
             files |= {f"kg/{domain}/{name}": data for name, data in pack.items()}
         return files
 
@@ -122,7 +153,15 @@ def _settings(path: Path) -> dict[str, Any]:
         raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise KnowledgeError(f"{path} is no valid TOML: {error}") from error
+    for name in sorted(settings.keys() - _SETTINGS.keys()):
+        raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
     for name, (kind, fits) in _SETTINGS.items():
         if name in settings and not fits(settings[name]):
             raise KnowledgeError(f"{path}: {name} must be {kind}, not {settings[name]!r}")
     return settings
+
+
+def _meant(name: str) -> str:
+    """The setting that a name is nearest to, or all of them."""
+    near = difflib.get_close_matches(name, _SETTINGS, 1)
+    return f"did you mean {near[0]}?" if near else f"there are {', '.join(_SETTINGS)}"

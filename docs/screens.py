@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.terminal_theme import TerminalTheme
 
+from adaptbot_cli.adapters.opening import show_opening
 from adaptbot_cli.session import Request, build
 from adaptbot_cli.workspace import Workspace
 
@@ -42,6 +43,7 @@ def draw(name: str, task: str, answers: str, width: int) -> None:
             force_terminal=True,
             color_system="standard",
         )
+        show_opening(console, task, "kitchen", "plan library", "from --model")
         with build(request, Workspace(Path(folder) / "home"), {}, console, None) as session:
             result = session.run()
             session.screen.finish(result, result.revision)

@@ -4,12 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.questions import NO, Answer, Question
 from adaptbot_cli.core.report import Outcome, Result
 from adaptbot_cli.core.turns import (
+    Amend,
     Ask,
     Execute,
     Keep,
@@ -20,7 +22,7 @@ from adaptbot_cli.core.turns import (
     Review,
     Turn,
 )
-from adaptbot_cli.core.tutor import Policy, pursue
+from adaptbot_cli.core.tutor import Parse, Policy, pursue
 from adaptbot_cli.core.words import Related
 from tests.worlds import parsed
 
@@ -40,6 +42,7 @@ class Script:
     accept: bool = True
     words: Mapping[str, tuple[Related, ...]] = field(default_factory=dict)
     outcomes: list[Outcome] = field(default_factory=list)
+    edits: list[Edit] = field(default_factory=list)
     seen: list[Turn] = field(default_factory=list)
     proposed: int = 0
 
@@ -54,6 +57,8 @@ class Script:
             return {word: self.words.get(word, ()) for word in turn.words}
         if isinstance(turn, Ask):
             return self.answer(turn.question)
+        if isinstance(turn, Amend):
+            return self.edits.pop(0) if self.edits else None
         if isinstance(turn, Execute):
             return self.outcomes.pop(0) if self.outcomes else Rehearsal(kg).execute(turn.report)
         if isinstance(turn, Review):
@@ -66,7 +71,8 @@ class Script:
             return self.answers
         key = " ".join(part for part in (question.kind, question.about, question.prop) if part)
         short = f"{question.kind} {question.about}"
-        value = self.answers.get(key, self.answers.get(short))
+        unless_told = NO if question.kind == "mend" else None  # the plan stays as it is
+        value = self.answers.get(key, self.answers.get(short, unless_told))
         assert value is not None, f"no answer is scripted for {key!r}"
         return Answer(value, by="tester")
 
@@ -84,9 +90,16 @@ class Script:
         return told
 
 
-def drive(task: Task, kg: Kg, script: Script, policy: Policy = "tutor", replans: int = 3) -> Result:
+def drive(
+    task: Task,
+    kg: Kg,
+    script: Script,
+    policy: Policy = "tutor",
+    replans: int = 3,
+    parse: Parse = parsed,
+) -> Result:
     """Run the method to its end."""
-    turns = pursue(task, kg, parsed, policy, replans)
+    turns = pursue(task, kg, parse, policy, replans)
     reply: Any = None
     while True:
         try:

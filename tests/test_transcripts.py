@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from adaptbot_cli import session
-from adaptbot_cli.adapters.transcript import read
+from adaptbot_cli.adapters.transcript import Recorder, read
 from adaptbot_cli.core.turns import Ask, Checked, Learned, Propose
 from adaptbot_cli.resources import bundled
+from adaptbot_cli.session.loading import kg_of
 from adaptbot_cli.workspace import Workspace
 
 FILES = sorted(bundled("transcripts").glob("*.yaml"))
@@ -94,6 +95,10 @@ KINDS: dict[str, Callable[[Seen, Any], bool]] = {
     "a missing step": _inserts,
     "a re-prompt": lambda seen, _: any(turn.attempt for turn, _ in seen.all(Propose)),
     "a required item guarded": _guards,
+    "a plan mended": lambda seen, result: (
+        result.goal_met and any(turn.question.kind == "mend" for turn, _ in seen.all(Ask))
+    ),
+    "an answer corrected": lambda seen, _: any(reply.to for _, reply in seen.all(Ask)),
     "a goal that is not met": lambda _, result: not result.goal_met,
     "no model at all": lambda _, result: result.usage.model_calls == 0,
     "something learned": lambda seen, _: bool(seen.all(Learned)),
@@ -103,3 +108,16 @@ KINDS: dict[str, Callable[[Seen, Any], bool]] = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_kind_of_run_is_shown(kind: str, runs: dict[str, tuple[Seen, Any]]) -> None:
     assert any(KINDS[kind](seen, result) for seen, result in runs.values())
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_replay_that_is_recorded_replays_to_the_same_bytes(path: Path, tmp_path: Path) -> None:
+    nowhere = Workspace(tmp_path / "none")
+    header, _ = read(path)
+    first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
+    for source, target in ((path, first), (first, second)):
+        with target.open("w", encoding="utf-8") as file:
+            recorder = Recorder(file, kg_of(header, path, nowhere))
+            recorder.header({k: v for k, v in header.items() if k != "adaptbot"})
+            recorder.finished(session.replay(source, nowhere, [recorder]))
+    assert first.read_bytes() == second.read_bytes()

@@ -1,14 +1,25 @@
 """Answers from a file, for a run without a terminal: by subject, then by question."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import ABSENT, EXISTS, LATER, NO, UNKNOWN, YES, Answer, Question
+from adaptbot_cli.core.learning import Lesson, number_trouble
+from adaptbot_cli.core.names import nearest, normal
+from adaptbot_cli.core.questions import (
+    ABSENT,
+    EDIT,
+    EXISTS,
+    LATER,
+    NO,
+    UNKNOWN,
+    YES,
+    Answer,
+    Question,
+)
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 
@@ -32,11 +43,15 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
 
 @dataclass(frozen=True, slots=True)
 class AnswersHuman:
-    """Answers from a file, `path` in messages; what the file does not tell stays open."""
+    """Answers from a file, `path` in messages; what the file does not tell stays open.
+
+    `asked` are the keys that could have been told, by subject.
+    """
 
     answers: dict[str, dict[str, Any]]
     by: str
     path: str = "the answers"
+    asked: dict[str, set[str]] = field(default_factory=dict)
 
     def ask(self, question: Question) -> Answer:
         """Return the file's answer to a question, by its kind or by the property it asks for.
@@ -46,7 +61,9 @@ class AnswersHuman:
                 exists is not told.
         """
         told = self.answers.get(normal(question.about), {})
-        value = told.get(question.prop or question.kind, told.get(question.kind))
+        keys = {question.kind, _prop(question), _listed(question)} - {""}
+        self.asked.setdefault(normal(question.about), set()).update(keys)
+        value = _told(question, told)
         if value is None and told and question.kind == "kind":
             raise self._unfit(question, "exists, but its kind is not told", "it can be")
         if value is None:
@@ -56,6 +73,24 @@ class AnswersHuman:
             what = question.prop or question.kind
             raise self._unfit(question, f'"{value}" is no answer for {what}', "there is")
         return Answer(given, self.by)
+
+    def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
+        """Return what the file tells besides what is needed. Raises UsageError as `ask` does."""
+        return tuple(self.ask(question) for question in questions)
+
+    def unused(self) -> list[str]:
+        """Return a sentence for each entry of the file that no question asked for.
+
+        A subject or key that was misspelt is told with the nearest one that was asked for.
+        """
+        found = []
+        for subject, told in self.answers.items():
+            keys = self.asked.get(subject)
+            if keys is None:
+                found.append(_never(f"{subject}", subject, self.asked))
+                continue
+            found += [_never(f"{subject}, {k}", str(k), keys) for k in told if str(k) not in keys]
+        return [f"{self.path}: {sentence}" for sentence in found]
 
     def _unfit(self, question: Question, problem: str, there_is: str) -> UsageError:
         choices = ", ".join(_choices(question).values())
@@ -68,9 +103,45 @@ class AnswersHuman:
         return True
 
 
+def _told(question: Question, told: dict[str, Any]) -> object:
+    """What a file tells of a question; of one that comes again and again, the next of a list.
+
+    A new action is what the file makes of it.
+    """
+    value = told.get(_prop(question), told.get(question.kind))
+    name, nth = _listed(question), question.prop.rpartition("_")[2]
+    if question.kind != "action":
+        return value
+    if value is not None:
+        return value[0] if isinstance(value, list) and value else value
+    if name in told:
+        listed = told[name] if isinstance(told[name], list) else [told[name]]
+        return listed[int(nth) - 1] if int(nth) <= len(listed) else "done"
+    return YES if question.prop.startswith("means") and len(told) > 1 else None
+
+
+def _prop(question: Question) -> str:
+    """The key of a question: its property, else its kind. Which of two facts stands is told by its
+    kind, as its property has been told before."""
+    return question.kind if question.kind == "contradiction" else question.prop or question.kind
+
+
+def _listed(question: Question) -> str:
+    """The name of the list that a question about an action picks from, "" if it has none."""
+    name, _, nth = question.prop.rpartition("_")
+    return name if question.kind == "action" and nth.isdigit() else ""
+
+
+def _never(what: str, name: str, asked: Iterable[str]) -> str:
+    near = nearest(name, asked, 1)
+    meant = f"; asked for was {near[0]}" if near else ""
+    return f"{what} was not asked for{meant}"
+
+
 def _choices(question: Question) -> dict[str, str]:
-    """The values to choose from, by their normal form; "is" alone names nothing."""
-    offered = [choice.value for choice in question.choices if choice.value != "is"]
+    """The values to choose from, by their normal form; "is" alone names nothing, nor does a file
+    edit a plan."""
+    offered = [choice.value for choice in question.choices if choice.value not in ("is", EDIT)]
     always = [] if question.kind == "existence" else [UNKNOWN]
     return {normal(value): value for value in (*offered, *always, LATER.value)}
 
@@ -78,10 +149,17 @@ def _choices(question: Question) -> dict[str, str]:
 def _meant(question: Question, value: object) -> str | None:
     """The value of the choice that a person has written, None if it is none."""
     said = {True: YES, False: NO}[value] if isinstance(value, bool) else str(value).strip()
+    if question.kind == "value":
+        return None if number_trouble(question.number, said) else said
+    if question.kind == "place" and said.startswith("new "):
+        new = normal(said.removeprefix("new "))
+        return f"new {new}" if new and new not in question.known else None
     if said.startswith("is "):
         known = {normal(name): name for name in question.known}
         name = known.get(normal(said.removeprefix("is ")))
         return None if name is None else f"is {name}"
+    if not question.choices:
+        return said
     words = {"true": YES, "false": NO}
     if question.kind == "existence":
         words = {YES: EXISTS, "true": EXISTS, NO: ABSENT, "false": ABSENT}

@@ -53,7 +53,7 @@ def check(
     else:
         from adaptbot_cli.adapters.display import Screen
 
-        Screen(console(), graph, result.report.task, "").finish(result, None)
+        Screen(console(), graph, result.report.task).finish(result, None)
     return exit_code(result)
 
 

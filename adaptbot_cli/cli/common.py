@@ -1,5 +1,6 @@
 """Options that several commands share, and the consoles they write to."""
 
+import os
 import sys
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
@@ -9,6 +10,7 @@ import typer
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.workspace import Workspace
 
 WorkspaceOption = Annotated[
@@ -39,6 +41,29 @@ def workspace(option: Path | None) -> "Workspace":
 def domain_name(option: str | None, home: "Workspace") -> str:
     """Return the domain that is meant: as said, as configured, or the kitchen that comes along."""
     return option or str(home.settings.get("domain") or "kitchen")
+
+
+def opened(
+    screen: "Console",
+    home: "Workspace",
+    task: str,
+    domain: str,
+    model: str | None,
+    api_base: str | None = None,
+) -> "Chosen":
+    """Choose who plans and print the first line of a run, before anything slow; a model is got
+    ready meanwhile. Raises UsageError."""
+    from adaptbot_cli.adapters.opening import show_opening
+    from adaptbot_cli.adapters.planner.choice import choose
+
+    home.folder(domain)
+    chosen = choose(model, home.settings, os.environ, api_base)
+    show_opening(screen, task, domain, chosen.name, chosen.why)
+    if chosen.model is not None:
+        from adaptbot_cli.adapters.planner.provider import load_early
+
+        load_early()
+    return chosen
 
 
 def items(option: str | None) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """`adaptbot domain`: the domains there are, and whether a pack makes sense."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +12,11 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.domain import Domain
+
+FAULTS = 3
 
 app = typer.Typer(help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True)
 
@@ -46,25 +52,93 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
     console().print(table)
 
 
+@app.command("new")
+def new_domain(
+    name: Annotated[str, typer.Argument(help="What to call it, such as post_room.")],
+    like: Annotated[
+        str | None, typer.Option(metavar="DOMAIN", help="Copy this domain, not the starting pack.")
+    ] = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Start a domain of your own in the workspace: a small, commented pack that runs at once."""
+    from rich.text import Text
+
+    from adaptbot_cli import session
+
+    home = workspace(workspace_dir)
+    made = session.start(home, name, like)
+    domain = made.kg.domain
+    folder = home.root / "kg" / name
+    out = console()
+    told = f"{name}: {_counts(domain)} in {folder}"
+    out.print(Text("✓ ", "green") + Text(told), soft_wrap=True)
+    out.print(Text(f"  committed as {made.revision[:7]}", "dim"))
+    task = domain.tasks[0].name.replace("_", " ") if domain.tasks else "…"
+    for what, command in (
+        ("run a task", f'run "{task}" --domain {name}'),
+        ("after a change", f"domain check {name}"),
+        ("read it", f"domain docs {name}"),
+    ):
+        out.print(Text(f"  {what:<15}", "dim") + Text(f"adaptbot {command}"), soft_wrap=True)
+
+
 @app.command("check")
 def check_domain(
     name: Annotated[str, typer.Argument(help="The domain to check.")],
+    json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check a domain's files: whether they can be read and make sense together."""
     from rich.text import Text
 
     from adaptbot_cli import session
-    from adaptbot_cli.core.faults import faults
+    from adaptbot_cli.core.visible import visible
 
-    kg = session.load(workspace(workspace_dir), name)
-    found = faults(kg)
+    kg, found = session.check_pack(workspace(workspace_dir), name)
+    if json:
+        print_json({"domain": name, "faults": found})
+        return FAULTS if found else 0
     out = console()
     for fault in found:
-        out.print(Text("✗ ", "red") + Text(fault))
-    if found:
-        return 3
+        out.print(Text("✗ ", "red") + Text(visible(fault)), soft_wrap=not out.is_terminal)
+    if found or kg is None:
+        return FAULTS
     nodes, edges = kg.size()
-    told = f"{name}: {len(kg.domain.actions)} actions, {len(kg.domain.tasks)} tasks, "
-    out.print(Text("✓ ", "green") + Text(f"{told}{nodes} nodes, {edges} edges"))
+    told = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
+    out.print(Text("✓ ", "green") + Text(told))
     return 0
+
+
+@app.command("docs")
+def domain_docs(
+    name: Annotated[str, typer.Argument(help="The domain to describe.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write Markdown here.")
+    ] = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Describe a domain on a page: classes, questions, actions, tasks. Markdown when piped."""
+    from adaptbot_cli import session
+    from adaptbot_cli.core.handbook import handbook
+    from adaptbot_cli.errors import UsageError
+
+    page = handbook(session.load(workspace(workspace_dir), name))
+    out = console()
+    if output is not None:
+        try:
+            output.write_text(page, encoding="utf-8")
+        except OSError as error:
+            raise UsageError(f"cannot write {output}: {error.strerror}") from error
+        console(stderr=True).print(f"written to {output}", markup=False, soft_wrap=True)
+    elif out.is_terminal:
+        from rich.markdown import Markdown
+
+        out.print(Markdown(page, code_theme="ansi_dark"))
+    else:
+        typer.echo(page, nl=False)
+
+
+def _counts(domain: "Domain") -> str:
+    from adaptbot_cli.adapters.display.words import count
+
+    return f"{count(len(domain.actions), 'action')}, {count(len(domain.tasks), 'task')}"

@@ -9,7 +9,8 @@ import typer
 from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import check, domain, kg, replay, run
+from adaptbot_cli.cli import check, doctor, domain, kg, pending, progress, replay, resume, run
+from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.errors import AdaptbotError, Interrupted
 
 
@@ -37,8 +38,13 @@ app = typer.Typer(
 app.command("run")(run.run)
 app.command("check")(check.check)
 app.command("replay")(replay.replay)
+app.command("doctor")(doctor.doctor)
+app.command("progress")(progress.progress)
+app.command("resume")(resume.resume)
+app.add_typer(pending.app, name="pending")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")
+app.add_typer(evaluate.app, name="eval")
 
 
 def _version(wanted: bool) -> None:

@@ -18,6 +18,7 @@ from adaptbot_cli.cli.common import (
     console,
     domain_name,
     items,
+    opened,
     print_json,
     workspace,
 )
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.core.report import Result
-    from adaptbot_cli.session import Session
+    from adaptbot_cli.session import Request, Session
+    from adaptbot_cli.workspace import Workspace
 
 FINDINGS = 3
 
@@ -43,7 +45,28 @@ def run(
     domain: DomainOption = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Any litellm model, or `library` for no model."),
+        typer.Option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
+    ] = None,
+    api_base: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
+    ] = None,
+    timeout: Annotated[
+        float | None,
+        typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
+    ] = None,
+    max_tokens: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
+    ] = None,
+    max_cost: Annotated[
+        float | None, typer.Option(min=0, metavar="USD", help="US dollars in this run.")
+    ] = None,
+    temperature: Annotated[
+        float | None, typer.Option(min=0, max=2, help="How freely the model answers (0).")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", help="The seed of the model's answers (0).")
     ] = None,
     policy: Annotated[
         PolicyName | None,
@@ -62,6 +85,13 @@ def run(
     apply: Annotated[
         bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
     ] = False,
+    full: Annotated[
+        bool,
+        typer.Option("--full", help="Ask all there is to know of a new thing."),
+    ] = False,
+    edit: Annotated[
+        bool, typer.Option("--edit", help="Offer the plan for editing before it is executed.")
+    ] = False,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
     ] = None,
@@ -70,30 +100,52 @@ def run(
 ) -> int:
     """Plan a task, check it against this home, ask what is not known, and learn it."""
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import Request, build
 
     asked = " ".join(task)
     if not asked.strip():
         raise UsageError('say what to do: adaptbot run "make omelette"')
     home = workspace(workspace_dir)
+    settings, named = home.settings, domain_name(domain, home)
+    screen = console(stderr=json)
+    chosen = opened(screen, home, asked, named, model, api_base)
+    from adaptbot_cli.session import Request  # slow: the first line is there by now
+
     request = Request(
         task=asked,
-        domain=domain_name(domain, home),
-        model=model,
-        policy=str(policy or home.settings.get("policy", "tutor")),  # type: ignore[arg-type]
-        replans=replans if replans is not None else home.settings.get("replans", 3),
+        domain=named,
+        chosen=chosen,
+        policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
+        replans=replans if replans is not None else settings.get("replans", 3),
         requires=items(requires),
         ask=not no_human,
         answers=answers,
         dry_run=dry_run,
         apply=apply,
         record=record,
+        timeout=timeout if timeout is not None else settings.get("timeout"),
+        max_tokens=max_tokens if max_tokens is not None else settings.get("max_tokens"),
+        max_cost=max_cost if max_cost is not None else settings.get("max_cost"),
+        temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
+        seed=seed if seed is not None else settings.get("seed", 0),
+        full=full,
+        edit=edit,
     )
+    return pursue(request, home, json)
+
+
+def pursue(request: "Request", home: "Workspace", json: bool) -> int:
+    """Pursue what is asked for, in this terminal; return the exit code."""
+    from adaptbot_cli.errors import Interrupted
+    from adaptbot_cli.session import build
+
     screen = console(stderr=json)
     prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
     started = time.monotonic()
     with build(request, home, os.environ, screen, prompts) as session:
-        result = session.run()
+        try:
+            result = session.run()
+        except KeyboardInterrupt:
+            raise Interrupted(_interrupted(session, home)) from None
         if json:
             from adaptbot_cli.core.summary import summary
 
@@ -102,9 +154,28 @@ def run(
             print_json(told)
         else:
             session.screen.finish(result, result.revision)
-            if not dry_run:
+            if not request.dry_run:
                 _tell_where(screen, session, home.root)
+        for sentence in session.unused():
+            _note(screen, sentence)
     return exit_code(result)
+
+
+def _note(screen: "Console", told: str) -> None:
+    from rich.text import Text
+
+    from adaptbot_cli.core.visible import visible
+
+    screen.print(Text(f"! {visible(told)}", "yellow"), soft_wrap=True)
+
+
+def _interrupted(session: "Session", home: "Workspace") -> str:
+    """What becomes of the answers that were given, and how to go on with them."""
+    path = session.transcript
+    if path is None:
+        return "interrupted; nothing was committed"
+    name = "" if path.parent == home.transcripts else f" {path}"
+    return f"interrupted; nothing was committed. To go on: adaptbot resume{name}"
 
 
 def _tell_where(screen: "Console", session: "Session", root: Path) -> None:

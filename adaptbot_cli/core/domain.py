@@ -47,7 +47,7 @@ class Start:
 class Kind:
     """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable.
 
-    A model is told the names of the members of `prompted` kinds.
+    A model is told the names of the members of `prompted` kinds. Nothing is kept in a `hand`.
     """
 
     iri: URIRef
@@ -60,6 +60,7 @@ class Kind:
     asks: tuple[URIRef, ...]
     starts: tuple[Start, ...]
     prompted: bool = False
+    hand: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,13 +103,15 @@ class AttributeRequirement:
 class Condition:
     """A SPARQL ASK over the state at one point of the plan, and the sentence when it fails.
 
-    `about` is a SELECT of further things with which missing steps may bring it about.
+    `about` is a SELECT of further things with which missing steps may bring it about; `source` the
+    ASK as its author wrote it.
     """
 
     query: str
     message: str
     predicates: frozenset[URIRef] = frozenset()
     about: str = ""
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +173,10 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """Everything that the tool knows of a domain before it looks at the facts."""
+    """Everything that the tool knows of a domain before it looks at the facts.
+
+    `aliases` are the names under which recordings of experiments know it.
+    """
 
     iri: URIRef
     name: str
@@ -190,6 +196,7 @@ class Domain:
     task_names: Mapping[str, Task]
     goals: tuple[Goal, ...]
     advice: tuple[Goal, ...]
+    aliases: tuple[str, ...] = ()
 
     @property
     def teachable(self) -> tuple[Kind, ...]:
@@ -198,10 +205,16 @@ class Domain:
         return tuple(sorted(kinds, key=lambda kind: (kind.order or 0, kind.label)))
 
     @property
+    def locations(self) -> tuple[URIRef, ...]:
+        """The predicates that say what a thing is in or on."""
+        found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
+        return tuple(sorted(found))
+
+    @property
     def places(self) -> frozenset[URIRef]:
         """The classes of what things can be in or on: the ranges of the location properties."""
-        found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
-        return frozenset(self.properties[iri].range for iri in found if iri in self.properties)
+        known = (self.properties[iri] for iri in self.locations if iri in self.properties)
+        return frozenset(prop.range for prop in known)
 
     def name_properties(self) -> tuple[URIRef, ...]:
         """The predicates that give things their names."""

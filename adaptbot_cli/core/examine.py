@@ -6,6 +6,7 @@ from itertools import islice
 
 from rdflib.term import Node
 
+from adaptbot_cli.core.additions import with_remedies
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
@@ -51,6 +52,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     with scene.kg.rehearsal():
         before = _spoilers(scene)
         for place, written in enumerate(parsed.calls):
+            walk.place = place
             meant = expand(written.call, scene)
             if not meant.calls:
                 walk.skip(written, meant.dropped)
@@ -68,7 +70,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
     findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
-    return Report(
+    report = Report(
         task=scene.task,
         text=text,
         steps=tuple(walk.steps),
@@ -77,6 +79,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         deltas=tuple(walk.deltas),
         missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
     )
+    return with_remedies(report, scene)
 
 
 def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:
@@ -168,8 +171,8 @@ def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
 def _reach_goals(walk: Walk, scene: Scene) -> None:
     """Add the steps that bring a goal about, where the domain says what they may be about."""
     agent = {"agent": scene.domain.agent}
-    for goal in (*scene.domain.goals, *scene.task.goals):
-        if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
+    for goal in scene.domain.goals:
+        if goal.classes or not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
             continue
         for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
             aim = Aim(lambda q=goal.query: scene.kg.ask(q, agent), mentions(goal.query), row)  # type: ignore[misc]

@@ -31,6 +31,7 @@ CODES: dict[str, Code] = {
     "E501": Code("required item missing from the plan", blocks=False),
     "E502": Code("required item lost by a new plan", blocks=False),
     "E503": Code("goal not met", blocks=False),
+    "E504": Code("rejected by the person", blocks=False),
     "W601": Code("something is left in the wrong state", blocks=False, open=False),
     "W602": Code("runs, but misses its point", blocks=False, open=False),
     "W603": Code("a step that cannot be done is not needed", blocks=False, open=False),

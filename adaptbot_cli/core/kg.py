@@ -3,15 +3,18 @@
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
+import pyoxigraph
+from oxrdflib import OxigraphStore
 from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import Domain, Effect, Kind
-from adaptbot_cli.core.names import variants, without_s
+from adaptbot_cli.core.names import Spellings, variants, without_s
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
 
@@ -45,6 +48,7 @@ class Kg:
     _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     _spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
     _line: Line = field(init=False)
+    _alike: Spellings[Node] | None = None
     _depth: int = 0
     _size: tuple[int, int] | None = None
     _answers: dict[Asked, Any] = field(default_factory=dict)
@@ -62,18 +66,35 @@ class Kg:
     @classmethod
     def load(cls, domain: Domain, attributes: Iterable[Triple], states: Iterable[Triple]) -> "Kg":
         """Build a graph from the facts of G_k and G_s."""
-        facts = Dataset(store="Oxigraph", default_union=True)
+        kg = cls.over(domain, pyoxigraph.Store())
+        for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
+            homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
+            kg.store.addN((*t, kg._graph(home)) for t, home in homes)
+        return kg
+
+    @classmethod
+    def over(cls, domain: Domain, store: pyoxigraph.Store) -> "Kg":
+        """Build a graph on a store that holds facts in the named graphs of G_k and G_s already.
+
+        A fact that stands in the wrong one of the two is moved: its predicate says where it is.
+        """
+        facts = Dataset(store=OxigraphStore(store=store), default_union=True)
         # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
         facts.namespace_manager = NamespaceManager(facts, bind_namespaces="none")
         kg = cls(domain, facts, domain.name_properties())
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg._graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
-        graphs = {name: kg._graph(name) for name in (ATTRIBUTES, STATES)}
-        for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
-            homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
-            facts.addN((*t, graphs[home]) for t, home in homes)
+        for predicate in domain.properties:
+            _move(store, predicate, kg.home_of(predicate))
         return kg
+
+    def under(self, domain: Domain) -> "Kg":
+        """Return the same facts under another domain, with nothing worked out from them yet.
+
+        What the one learns the other has too, but may have worked out otherwise before.
+        """
+        return Kg(domain, self.facts, domain.name_properties())
 
     def graph(self, name: URIRef) -> Graph:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
@@ -154,6 +175,18 @@ class Kg:
                 self._spellings[key] = (*self._spellings.get(key, ()), entity)
         return self._spellings.get(without_s(name), ())
 
+    def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
+        """Return the names of at most `most` things of some classes that are worth comparing with
+        a name: those that share the most pairs of letters with it."""
+        if self._alike is None:
+            self._alike = Spellings()
+            for predicate in self.named_by:
+                for entity, text in self.facts.subject_objects(predicate):
+                    self._alike.add(str(text), entity)
+        wanted = frozenset(classes)
+        found = (self.name(e) for e in self._alike.alike(name) if self.is_a(e, wanted))
+        return list(islice(found, most))
+
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""
         return tuple(sorted(str(name) for name in self.facts.objects(entity, AB.alias)))
@@ -175,6 +208,10 @@ class Kg:
     def is_a(self, entity: Node, classes: Iterable[Node]) -> bool:
         """Tell whether an entity belongs to one of some classes."""
         return not self.classes(entity).isdisjoint(classes)
+
+    def is_of(self, entity: Node, kind: Kind) -> bool:
+        """Tell whether an entity is stated to be of this very kind."""
+        return (entity, RDF.type, kind.iri) in self.facts
 
     def kind_label(self, entity: Node) -> str:
         """Return in a word what an entity is, from its class."""
@@ -255,6 +292,8 @@ class Kg:
         self._proper.clear()
         self._classes.clear()
         self._size = None
+        self._alike = None
+        self._spellings.clear()
         self.forget()
 
     def forget(self) -> None:
@@ -274,6 +313,16 @@ class Kg:
             [row] = self.rows(_SIZE, {})
             self._size = int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
         return self._size
+
+
+def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> None:
+    """Move the facts of a predicate to the one of the two graphs that they belong to."""
+    other = pyoxigraph.NamedNode(ATTRIBUTES if home == STATES else STATES)
+    strays = list(store.quads_for_pattern(None, pyoxigraph.NamedNode(predicate), None, other))
+    for quad in strays:
+        moved = (quad.subject, quad.predicate, quad.object, pyoxigraph.NamedNode(home))
+        store.add(pyoxigraph.Quad(*moved))
+        store.remove(quad)
 
 
 def _iri(kind: Kind) -> str:

@@ -3,14 +3,25 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from rdflib import RDF, RDFS, XSD, Literal, URIRef
+from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
+from adaptbot_cli.core.domain import Action, Domain, Kind, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import NO, UNKNOWN, YES, Answer, Choice, Question, yes_no
+from adaptbot_cli.core.questions import (
+    LATER,
+    NO,
+    UNKNOWN,
+    YES,
+    Answer,
+    Choice,
+    Follows,
+    Question,
+    QuestionKind,
+    yes_no,
+)
 from adaptbot_cli.core.terms import AB, Triple, local
 
 
@@ -18,7 +29,8 @@ from adaptbot_cli.core.terms import AB, Triple, local
 class Lesson:
     """What one answer taught: the facts, the question and answer they come from, a sentence.
 
-    `action` is the new action, if that is what was taught.
+    `action` is the action as it is from now on, if that is what was taught; `replaces` the same
+    before, if it was there; `notes` say in words what it takes, requires and changes.
     """
 
     delta: Delta
@@ -26,6 +38,8 @@ class Lesson:
     answer: Answer
     sentence: str
     action: Action | None = None
+    replaces: Action | None = None
+    notes: tuple[str, ...] = ()
 
 
 def alias(kg: Kg, name: str, entity: URIRef) -> Delta:
@@ -90,56 +104,76 @@ def _starts(kg: Kg, entity: URIRef, prop: URIRef, value: Node) -> Iterable[Tripl
                 yield (entity, start.prop, start.value)
 
 
-def new_action(kg: Kg, name: str, kinds: Iterable[Kind | None]) -> tuple[Action, Delta]:
-    """Return an action that a person says exists, with its facts.
+def attribute_question(
+    kg: Kg, name: str, prop: Property, context: str, prevents: str = ""
+) -> Question:
+    """Return the domain's own question for an attribute or place of `name`.
 
-    Its parameters are what the plan gave it, None being a number; what it requires and changes is
-    not known yet.
+    `prevents` is what not knowing it prevents.
     """
-    iri = entity_iri(kg, name)
-    parameters = [_new_parameter(n, kind) for n, kind in enumerate(kinds, start=1)]
-    explain = "taught by a person; its effect is not known"
-    facts: set[Triple] = {
-        (iri, RDF.type, AB.Action),
-        (iri, RDFS.label, Literal(normal(name))),
-        (iri, AB.explain, Literal(explain)),
-    }
-    for n, parameter in enumerate(parameters, start=1):
-        node = URIRef(f"{iri}_{parameter.name}")
-        facts |= {
-            (iri, AB.parameter, node),
-            (node, AB.order, Literal(n)),
-            (node, AB.name, Literal(parameter.name)),
-            *((node, AB["class"], kind) for kind in parameter.classes),
-        }
-        if parameter.datatype is not None:
-            facts.add((node, AB.datatype, parameter.datatype))
-    action = Action(iri, normal(name), explain, tuple(parameters), verb=normal(name))
-    return action, Delta(added=frozenset(facts))
-
-
-def _new_parameter(number: int, kind: Kind | None) -> Parameter:
-    if kind is None:
-        return Parameter(f"number_{number}", datatype=XSD.decimal)
-    return Parameter(f"{safe_name(local(kind.iri))}_{number}", (kind.iri,))
-
-
-def attribute_question(kg: Kg, name: str, prop: Property, context: str) -> Question:
-    """Return the domain's own question for an attribute or place of `name`."""
     wording = prop.question or f"Is {{name}} {prop.label}?"
     text = wording.format(name=name.replace("_", " "))
-    if str(prop.range).endswith("#boolean"):
-        return Question("attribute", name, text, local(prop.iri), choices=yes_no(), context=context)
-    places = kg.instances([prop.range])
-    choices = tuple(Choice(kg.name(p), kg.name(p)) for p in _handy(kg, places))
+    kind, choices, number = _form_of(kg, name, prop, prevents)
+    known = () if kind != "place" else _known_otherwise(kg, prop)
     return Question(
-        "place",
+        kind,
         name,
         text,
         local(prop.iri),
-        choices=(*choices, Choice(UNKNOWN, "I don't know")),
+        choices=choices,
+        known=known,
         context=context,
+        label=prop.label,
+        number=number,
+        follows=_follows(kg, prop),
     )
+
+
+def _form_of(
+    kg: Kg, name: str, prop: Property, prevents: str
+) -> tuple[QuestionKind, tuple[Choice, ...], str]:
+    """How a property is asked for, from its range: as yes or no, a number, a text or a place."""
+    if prop.range == XSD.boolean:
+        return "attribute", yes_no(prevents), ""
+    if prop.range in _NUMBERS:
+        return "value", (), _NUMBERS[prop.range]
+    if prop.range not in kg.domain.kinds:
+        return "value", (), ""
+    choices = [Choice(kg.name(p), kg.name(p)) for p in _handy(kg, places(kg, name, prop))]
+    return "place", (*choices, Choice(UNKNOWN, "I don't know", prevents)), ""
+
+
+_NUMBERS = {
+    XSD.integer: "whole number",
+    XSD.decimal: "number",
+    XSD.double: "number",
+    XSD.float: "number",
+}
+
+
+def _follows(kg: Kg, prop: Property) -> tuple[Follows, ...]:
+    """From which answers this property's answer follows."""
+    words: dict[Node, str] = {Literal(True): YES, Literal(False): NO}
+    return tuple(
+        Follows(local(i.prop), words[i.equals], words[i.value])
+        for i in prop.implied
+        if i.equals in words and i.value in words
+    )
+
+
+def places(kg: Kg, name: str, prop: Property) -> list[URIRef]:
+    """Return where a thing can be: neither in itself, nor in the robot's hand."""
+    itself = set(kg.find(name))
+    kinds = [k for k in kg.domain.kinds.values() if prop.range in k.supers and not k.hand]
+    found = (p for kind in kinds for p in kg.facts.subjects(RDF.type, kind.iri))
+    hands = set(kg.instances(k.iri for k in kg.domain.kinds.values() if k.hand))
+    return sorted({p for p in found if isinstance(p, URIRef)} - itself - hands)
+
+
+def _known_otherwise(kg: Kg, prop: Property) -> tuple[str, ...]:
+    """Names of what is no place: no new place can be called so."""
+    others = kg.instances(kg.domain.kinds)
+    return tuple(kg.name(e) for e in others if not kg.is_a(e, [prop.range]))
 
 
 def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
@@ -150,7 +184,23 @@ def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
 
 def attribute_value(kg: Kg, prop: Property, answer: str) -> Node | None:
     """Return the term that an answer stands for, or None if it leaves the attribute unknown."""
-    if str(prop.range).endswith("#boolean"):
+    if answer in (UNKNOWN, LATER.value):
+        return None
+    if prop.range == XSD.boolean:
         return {YES: Literal(True), NO: Literal(False)}.get(answer)
-    found = [entity for entity in kg.find(answer) if kg.is_a(entity, [prop.range])]
-    return found[0] if found else None
+    if prop.range in kg.domain.kinds:
+        found = [entity for entity in kg.find(answer) if kg.is_a(entity, [prop.range])]
+        return found[0] if found else None
+    value = Literal(answer.strip(), datatype=prop.range)
+    return None if value.ill_typed else value
+
+
+def number_trouble(form: str, text: str) -> str:
+    """Return what is wrong with a value that is written as `form`; "" if nothing is.
+
+    An empty text says that the value is not known.
+    """
+    if not form or not text.strip():
+        return ""
+    datatype = XSD.integer if form == "whole number" else XSD.decimal
+    return f"this is no {form}" if Literal(text.strip(), datatype=datatype).ill_typed else ""

@@ -1,15 +1,27 @@
 """Names as people and models write them: normal forms, base forms, nearness."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from functools import lru_cache
+from typing import Generic, TypeVar
+
+T = TypeVar("T", bound=Hashable)
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+
+def sound(text: str) -> str:
+    """Return text in which halves of characters, which no file can hold, are marked as such."""
+    return _SURROGATE.sub("\ufffd", text)
 
 
 @lru_cache(maxsize=4096)
 def normal(name: str) -> str:
     """Return the name in small letters with underscores: " Cutting-Board" as cutting_board."""
-    text = name.strip().lower().replace("\u2019", "'")
+    text = sound(name).strip().lower().replace("\u2019", "'")
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
 
 
@@ -46,7 +58,7 @@ def variants(name: str) -> tuple[str, ...]:
     base = normal(name)
     head, _, last = base.rpartition("_")
     plurals = [f"{head}_{form}" if head else form for form in singulars(last)]
-    return tuple(dict.fromkeys((name, base, *plurals, base + "s")))
+    return tuple(dict.fromkeys((sound(name), base, *plurals, base + "s")))
 
 
 def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6) -> list[str]:
@@ -55,6 +67,28 @@ def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6)
     scored = ((_likeness(wanted, normal(other)), other) for other in known)
     good = sorted((-score, other) for score, other in scored if score >= floor)
     return [other for _, other in good[:limit]]
+
+
+@dataclass(slots=True)
+class Spellings(Generic[T]):
+    """Things by the pairs of letters in their names, to find those worth comparing with a name."""
+
+    _by_pair: dict[str, list[T]] = field(default_factory=dict)
+
+    def add(self, name: str, thing: T) -> None:
+        """Enter a thing under its name."""
+        for pair in _pairs(name):
+            self._by_pair.setdefault(pair, []).append(thing)
+
+    def alike(self, name: str) -> list[T]:
+        """Return the things that share a pair of letters with a name, those with most first."""
+        shared = Counter(thing for pair in _pairs(name) for thing in self._by_pair.get(pair, ()))
+        return sorted(shared, key=lambda thing: (-shared[thing], str(thing)))
+
+
+def _pairs(name: str) -> set[str]:
+    text = f"_{normal(name)}_"
+    return {text[n : n + 2] for n in range(len(text) - 1)}
 
 
 def _likeness(one: str, other: str) -> float:

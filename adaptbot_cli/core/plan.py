@@ -54,7 +54,9 @@ class Finding:
     """Something about a plan that a check found.
 
     `code` is a key of `findings.CODES`; `step` the number of the step (counted from 1), if it is
-    about one; `subject` the name that it is about; `candidates` the nearest names that would do.
+    about one; `subject` the name that it is about; `candidates` the nearest names that would do;
+    `prop` the attribute that it is about, in short.
+    `remedy` is a step that would mend it and where, in words; it makes no other finding.
     """
 
     code: str
@@ -64,13 +66,16 @@ class Finding:
     candidates: tuple[str, ...] = ()
     line: int | None = None
     column: int | None = None
+    remedy: str = field(default="", compare=False)
+    prop: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
     """One step on its way from the model's text to an executable call.
 
-    `source` is None for an inserted step; `reason` says why a step was changed, inserted, dropped.
+    `source` is None for an inserted step; `reason` says why a step was changed, inserted, dropped;
+    `place` is the number of the written call that it comes from, counted from 0.
     """
 
     call: Call
@@ -80,6 +85,7 @@ class Step:
     changes: tuple[Change, ...] = ()
     reason: str = ""
     codes: tuple[str, ...] = ()
+    place: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +107,17 @@ class Goal:
 
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
     `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
-    of the things with which missing steps may bring it about, likeliest first.
+    of the things with which missing steps may bring it about, likeliest first; `before` are the
+    actions before which it should be brought about, by IRI; `source` is the query as its author
+    wrote it.
     """
 
     query: str
     message: str
     classes: tuple[str, ...] = ()
     about: str = ""
+    before: frozenset[str] = frozenset()
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)

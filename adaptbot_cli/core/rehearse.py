@@ -12,7 +12,7 @@ from adaptbot_cli.core.kg import Bindings, Kg
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.static import attribute_findings
 
-LONGEST_REPAIR = 5
+LONGEST_REPAIR = 6
 """How many missing steps are inserted for one condition at most."""
 
 MOST_ROWS = 3
@@ -78,17 +78,19 @@ class Repair:
     """A bounded backward search for missing steps: the actions whose effects achieve an aim.
 
     Shortest first; among equals the domain's order of actions decides. What a successful search
-    finds is already applied to the graph. The action `without` is not made use of.
+    finds is already applied to the graph. The action `without` is not made use of. With `together`
+    several actions may bring the aim about that none does alone: something is put in, then heated.
     """
 
     kg: Kg
     without: str = ""
+    together: bool = False
     tries: int = 0
     trail: list[tuple[str, tuple[tuple[str, Node], ...]]] = field(default_factory=list)
 
-    def achieve(self, aim: Aim) -> list[Bound] | None:
+    def achieve(self, aim: Aim, longest: int = LONGEST_REPAIR) -> list[Bound] | None:
         """Return the steps that make an aim hold, or None if few enough cannot."""
-        for limit in range(1, LONGEST_REPAIR + 1):
+        for limit in range(1, longest + 1):
             steps = self._solve(aim, limit)
             if steps is not None:
                 return steps
@@ -100,6 +102,10 @@ class Repair:
             steps = self._step(bound, limit - 1)
             if steps is not None and aim.holds():
                 return steps
+            if steps and self.together and self.kg.last_change():
+                rest = self._solve(aim, limit - len(steps))
+                if rest is not None:
+                    return [*steps, *rest]
             self.kg.undo_to(mark)
         return None
 

@@ -15,7 +15,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import nearest, normal, sentence_list, variants, words
-from adaptbot_cli.core.plan import Change, Finding
+from adaptbot_cli.core.plan import Approved, Change, Finding
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB
 from adaptbot_cli.core.words import Related
@@ -64,7 +64,7 @@ def _renamed(name: str, entity: URIRef, scene: Scene) -> Change | None:
         return None
     learned = not {normal(form) for form in scene.kg.aliases(entity)}.isdisjoint(variants(name))
     if learned:
-        return Change(name, proper, "alias", f"{name} is another name for {proper}")
+        return Change(name, proper, "alias", f"{name} is another name for {proper}", "human")
     return Change(name, proper, "normalisation", f"{name} is {proper}, written differently")
 
 
@@ -203,17 +203,16 @@ def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]
         for word in scene.known.get(normal(name), ())
         for entity in sorted(_items_called(word.word, classes, scene))
     ]
-    names = (scene.kg.name(entity) for entity in scene.kg.instances(classes))
-    return list(dict.fromkeys([*related, *nearest(name, names)]))[:5]
+    return list(dict.fromkeys([*related, *nearest(name, scene.kg.alike(name, classes))]))[:5]
 
 
 @dataclass(frozen=True, slots=True)
 class NamedAction:
-    """What an action's name was taken to mean, with an argument that the name itself fixes."""
+    """What an action's name was taken to mean, with the arguments that the name itself fixes."""
 
     action: Action | None = None
     change: Change | None = None
-    fixed: CalledAs | None = None
+    fixed: tuple[CalledAs, ...] = ()
     finding: Finding | None = None
 
 
@@ -243,17 +242,19 @@ def _action_alias(name: str, scene: Scene) -> NamedAction | None:
         for known in scene.domain.actions.values():
             if said in known.aliases or known.iri in taught:
                 why = f"{name} is another name for {known.name}"
-                return NamedAction(known, Change(name, known.name, "alias", why))
+                by: Approved = "human" if known.iri in taught else "rule"
+                return NamedAction(known, Change(name, known.name, "alias", why, by))
     return None
 
 
 def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
     for said in _plain(name, scene):
         for known in scene.domain.actions.values():
-            for called in known.called_as:
-                if said in called.names:
-                    why = f"{name} is {known.name} with {called.parameter} set"
-                    return NamedAction(known, Change(name, known.name, "alias", why), called)
+            fixed = tuple(called for called in known.called_as if said in called.names)
+            if fixed:
+                told = sentence_list([called.parameter for called in fixed])
+                why = f"{name} is {known.name} with {told} set"
+                return NamedAction(known, Change(name, known.name, "alias", why), fixed)
     return None
 
 

@@ -19,7 +19,9 @@ class Scene:
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
     `near` remembers the names near a name, which are costly to find, and `taken` which name a
-    thing was put in for, so that two names never become one thing.
+    thing was put in for, so that two names never become one thing; `around` holds the word
+    knowledge of the names of known things, which likely answers are found by, and `trust` for
+    which properties these have proved right.
     """
 
     kg: Kg
@@ -30,6 +32,8 @@ class Scene:
     drop: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)
+    around: dict[str, tuple[Related, ...]] = field(default_factory=dict)
+    trust: dict[tuple[URIRef, tuple[URIRef, ...], bool], bool] = field(default_factory=dict)
 
     @property
     def domain(self) -> Domain:

@@ -9,10 +9,33 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.terms import Triple, node_of
 
-_SKIP = r"<[^<>\s]*>|\"\"\".*?\"\"\"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[^\n]*"
+SKIP = r"<[^<>\s]*>|\"\"\".*?\"\"\"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[^\n]*"
+"""What a query has in it that is neither keyword nor variable: IRIs, strings, comments."""
+
 _PREFIX = re.compile(r"PREFIX\s+(\w*):\s*<([^>]*)>")
 _VARIABLE = "urn:adaptbot:variable:"
-_TOKEN = re.compile(rf"({_SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
+_TOKEN = re.compile(rf"({SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
+
+_BLANK = r"(?:\s|#[^\n\r]*[\n\r])*"
+_OUTSIDE = re.compile(
+    rf"(?<![\w?$:-])(SERVICE|LOAD){_BLANK}(?:SILENT\b{_BLANK})?(?=[<?$]|[\w.-]*:)", re.IGNORECASE
+)
+_CODEPOINT = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
+
+
+def reaches_out(text: str) -> str:
+    """Return the word by which a query or update would reach the network, empty if none does.
+
+    Where a text is read, this errs on the safe side: the words in a string count too if what
+    follows could be an address.
+    """
+    found = _OUTSIDE.search(_CODEPOINT.sub(_character, text))
+    return found[1].upper() if found else ""
+
+
+def _character(match: re.Match[str]) -> str:
+    code = int(match[1] or match[2], 16)
+    return chr(code) if code < 0x110000 else " "
 
 
 def prefixed(graph: Graph, text: str) -> str:
@@ -24,13 +47,18 @@ def prefixed(graph: Graph, text: str) -> str:
 
 def mentions(query: str) -> frozenset[URIRef]:
     """Return every IRI that a query with PREFIX lines names by a prefix."""
-    spaces = dict(_PREFIX.findall(query))
+    spaces = prefixes_of(query)
     found = {
         URIRef(spaces[match[2]] + match[3])
         for match in _TOKEN.finditer(query)
         if match[2] in spaces
     }
     return frozenset(found)
+
+
+def prefixes_of(query: str) -> dict[str, str]:
+    """Return the prefixes that a query declares."""
+    return dict(_PREFIX.findall(query))
 
 
 def split_update(text: str) -> tuple[str, str, str]:
@@ -73,7 +101,7 @@ def template(prefixes: str, text: str) -> tuple[Triple, ...]:
     def named(match: re.Match[str]) -> str:
         return match[1] or f"<{_VARIABLE}{match[2]}>"
 
-    turtle = re.sub(rf"({_SKIP})|\?(\w+)", named, text.strip(), flags=re.DOTALL)
+    turtle = re.sub(rf"({SKIP})|\?(\w+)", named, text.strip(), flags=re.DOTALL)
     stop = "" if turtle.endswith(".") or not turtle else " ."
     try:
         quads = list(pyoxigraph.parse(f"{prefixes}{turtle}{stop}", pyoxigraph.RdfFormat.TURTLE))
@@ -115,7 +143,7 @@ def bindable(query: str) -> str:
 
 def dollars(query: str) -> list[str]:
     """Return the variables that a query writes as `$name`, as SPARQL allows and this tool not."""
-    return [m[2] for m in re.finditer(rf"({_SKIP})|(\$\w+)", query, re.DOTALL) if m[2]]
+    return [m[2] for m in re.finditer(rf"({SKIP})|(\$\w+)", query, re.DOTALL) if m[2]]
 
 
 @lru_cache(maxsize=1024)

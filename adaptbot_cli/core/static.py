@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core import resolve
-from adaptbot_cli.core.domain import Action, AttributeRequirement, Parameter
+from adaptbot_cli.core.domain import Action, AttributeRequirement, CalledAs, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a, normal
 from adaptbot_cli.core.plan import Call, Change, Finding
@@ -46,12 +46,7 @@ def understand(call: Call, scene: Scene) -> Sound:
     action, kind_change = _of_the_items_kind(named.action, call, scene)
     call, left_out = _without_aside(call, action, scene)
     changes = tuple(change for change in (named.change, kind_change, left_out) if change)
-    sound = _bind(action, call, scene, changes)
-    if named.fixed is not None and sound.bound is not None:
-        values = {**sound.bound.values, named.fixed.parameter: named.fixed.value}
-        sound = replace(sound, bound=Bound(action, values))
-        sound = replace(sound, call=render(Bound(action, values), scene.kg))
-    return sound
+    return _bind(action, call, scene, changes, named.fixed)
 
 
 def _aside(call: Call, scene: Scene) -> str:
@@ -94,12 +89,18 @@ def _of_the_items_kind(action: Action, call: Call, scene: Scene) -> tuple[Action
     return action, None
 
 
-def _bind(action: Action, call: Call, scene: Scene, changes: tuple[Change, ...]) -> Sound:
+def _bind(
+    action: Action,
+    call: Call,
+    scene: Scene,
+    changes: tuple[Change, ...],
+    fixed: tuple[CalledAs, ...] = (),
+) -> Sound:
     values: dict[str, Node] = {}
     findings: list[Finding] = []
     found_changes = list(changes)
     states: list[tuple[URIRef, URIRef]] = []
-    slots = list(action.visible)
+    slots = _open(action, call, fixed)
     for arg in call.args:
         read = _argument(arg, slots, scene)
         if read is None:
@@ -113,7 +114,8 @@ def _bind(action: Action, call: Call, scene: Scene, changes: tuple[Change, ...])
         if read.named.change is not None and read.named.change not in found_changes:
             found_changes.append(read.named.change)
         states += [(read.named.entity, p) for p in read.named.states if read.named.entity]
-    findings += _too_few(action, slots, call)
+    values |= {part.parameter: part.value for part in fixed}
+    findings += _too_few(action, [p for p in slots if p.name not in values], call)
     bound = Bound(action, values)
     findings += attribute_findings(bound, scene.kg)
     if findings:
@@ -121,6 +123,13 @@ def _bind(action: Action, call: Call, scene: Scene, changes: tuple[Change, ...])
         return Sound(call, None, tuple(found_changes), once, action=action)
     proper = render(bound, scene.kg)
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
+
+
+def _open(action: Action, call: Call, fixed: tuple[CalledAs, ...]) -> list[Parameter]:
+    """The parameters that a call's arguments are for: not those that its name fixes, unless the
+    call writes them all the same."""
+    said = [p for p in action.visible if p.name not in {part.parameter for part in fixed}]
+    return said if len(call.args) <= len(said) else list(action.visible)
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +243,7 @@ def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg)
         return Finding("E302", sentence(need.message, bound, kg), kg.name(entity))
     label = kg.domain.properties[need.prop].label if need.prop in kg.domain.properties else ""
     message = f"it is not known whether {kg.name(entity)} is {label or local(need.prop)}"
-    return Finding("E301", message, kg.name(entity), candidates=(local(need.prop),))
+    return Finding("E301", message, kg.name(entity), prop=local(need.prop))
 
 
 def known_values(kg: Kg, entity: URIRef, prop: URIRef) -> set[Node]:

@@ -90,6 +90,7 @@ def _finding(finding: Finding) -> Json:
         "subject": finding.subject,
         "message": finding.message,
         "candidates": list(finding.candidates),
+        **({"remedy": finding.remedy} if finding.remedy else {}),
         **place,
     }
 

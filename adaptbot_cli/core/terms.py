@@ -19,9 +19,9 @@ SCHEMA: URIRef = AB.schema
 TERMS: frozenset[str] = frozenset(
     """
     Action Domain Task about absentAction absentItem advice advises agent alias ask asks
-    attribute calledAs class datatype default effect equals explain falseWord family fetches
-    filler functional goal graph hidden holds ifUnknown impliedBy instead insteadMeans kindOrder
-    locationProperty message name nameProperty namespace needs of ofProduct optional order
+    attribute before calledAs class datatype default effect equals explain falseWord family fetches
+    filler functional goal graph hand hidden holds ifUnknown impliedBy instead insteadMeans
+    kindOrder locationProperty message name nameProperty namespace needs of ofProduct optional order
     parameter parameters product prompted property purpose quantifier question requires select
     starts state stateWord trueWord unit value verb verbField when wordField
     """.split()  # noqa: SIM905 - a list would take a page

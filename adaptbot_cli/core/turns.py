@@ -6,11 +6,13 @@ replay are the same thing to the method.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol, runtime_checkable
 
+from adaptbot_cli.core.editing import Edit
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Task
-from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.questions import Answer, Question, Reviewed
 from adaptbot_cli.core.report import Outcome, Report
 
 
@@ -62,6 +64,41 @@ class Ask:
 
 
 @dataclass(frozen=True, slots=True)
+class Amend:
+    """Let the person change the plan, or reject it; the reply is an `Edit`, None to leave it.
+
+    `why` is "asked" where the person has asked to, "open" where findings remain that no question
+    solves, "ready" where the plan is about to be executed. `kg` has the names to write it with.
+    """
+
+    report: Report
+    why: Literal["asked", "open", "ready"]
+    kg: Kg
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """Offer the person to tell what nothing needs now: the rest of what a kind is asked."""
+
+    questions: tuple[Question, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """Tell that a question is answered as it was before the person went back."""
+
+    question: Question
+    answer: Answer
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """Ask where facts come from: subject, predicate and object of each, in short."""
+
+    facts: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Learned:
     """Tell what an answer taught."""
 
@@ -97,7 +134,20 @@ class Kept:
     revision: str | None
 
 
-Turn = Propose | LookUp | Checked | Ask | Learned | Execute | Review | Keep
+Turn = (
+    Propose
+    | LookUp
+    | Checked
+    | Ask
+    | Amend
+    | Offer
+    | Given
+    | Trace
+    | Learned
+    | Execute
+    | Review
+    | Keep
+)
 
 
 class Planner(Protocol):
@@ -120,8 +170,35 @@ class Human(Protocol):
         """Return the answer, `LATER` if there is none."""
         ...
 
-    def review(self, lessons: tuple[Lesson, ...]) -> bool:
-        """Tell whether what was learned may be kept."""
+    def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
+        """Tell whether what was learned may be kept, which part of it, or what to correct."""
+        ...
+
+
+@runtime_checkable
+class Volunteer(Protocol):
+    """A human who may tell more than what is needed."""
+
+    def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
+        """Return an answer for each question, `LATER` where nothing is told."""
+        ...
+
+
+@runtime_checkable
+class Editor(Protocol):
+    """A human who may change a plan."""
+
+    def amend(self, turn: Amend) -> Edit | None:
+        """Return a change of the plan, None to leave it as it is."""
+        ...
+
+
+@runtime_checkable
+class Source(Protocol):
+    """A store that knows where its facts come from."""
+
+    def trace(self, fact: str) -> str:
+        """Return in words where a fact comes from, "" if that is not known."""
         ...
 
 

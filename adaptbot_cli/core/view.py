@@ -93,6 +93,13 @@ def everything(kg: Kg) -> list[tuple[Kind, list[Thing]]]:
     return groups
 
 
+def counts(kg: Kg) -> list[tuple[Kind, int]]:
+    """Return every class that has members of its own, with their number, in the domain's order."""
+    kinds = sorted(kg.domain.kinds.values(), key=lambda k: (k.order or 99, k.iri))
+    counted = ((kind, sum(1 for _ in kg.facts.subjects(RDF.type, kind.iri))) for kind in kinds)
+    return [(kind, count) for kind, count in counted if count]
+
+
 def kind_called(kg: Kg, name: str) -> Kind | None:
     """Return the class of a name, by its IRI's end or its label."""
     wanted = {normal(name), normal(name).removesuffix("s")}

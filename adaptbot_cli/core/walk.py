@@ -29,7 +29,7 @@ from adaptbot_cli.core.terms import TRUE
 
 @dataclass(slots=True)
 class Walk:
-    """The plan as far as it has been rehearsed."""
+    """The plan as far as it has been rehearsed; `place` is that of the written call at hand."""
 
     kg: Kg
     steps: list[Step] = field(default_factory=list)
@@ -37,6 +37,7 @@ class Walk:
     deltas: list[Delta] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     tainted: set[Node] = field(default_factory=set)
+    place: int = 0
 
     def skip(self, written: Written, reason: str) -> None:
         """Leave out a step of the plan that is not needed."""
@@ -170,7 +171,7 @@ class Walk:
     def _add(
         self, step: Step, bound: Bound | None, start: int = -1, end: int | None = None
     ) -> None:
-        self.steps.append(step)
+        self.steps.append(step if step.source is None else replace(step, place=self.place))
         self.bounds.append(bound)
         changes = self.kg.changes(start, end) if start >= 0 else []
         self.deltas.append(changes[0] if changes else Delta())

@@ -2,7 +2,24 @@
 
 from adaptbot_cli.session.building import Request, Session, build
 from adaptbot_cli.session.driving import Ports, drive, perform
+from adaptbot_cli.session.inspecting import check_pack
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.session.playing import check, replay
+from adaptbot_cli.session.resuming import cut_off, header_of
+from adaptbot_cli.session.starting import start
 
-__all__ = ["Ports", "Request", "Session", "build", "check", "drive", "load", "perform", "replay"]
+__all__ = [
+    "Ports",
+    "Request",
+    "Session",
+    "build",
+    "check",
+    "check_pack",
+    "cut_off",
+    "drive",
+    "header_of",
+    "load",
+    "perform",
+    "replay",
+    "start",
+]

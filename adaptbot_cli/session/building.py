@@ -1,6 +1,6 @@
 """The only wiring: a command line, read, made into a run."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -13,13 +13,16 @@ from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.session.resuming import remembering
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.adapters.display import Screen
+    from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.store.keeper import Keeper
+    from adaptbot_cli.adapters.store.opening import Start
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Task
@@ -27,7 +30,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a run is asked to do: the command line, read."""
+    """What a run is asked to do: the command line, read.
+
+    `chosen` is who plans, if that is decided already: else it follows from `model` and `api_base`.
+    `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
+    `full` has every attribute of a new thing asked; `edit` offers the plan for editing before it is
+    executed; `resumes` is the transcript to go on with.
+    """
 
     task: str
     domain: str
@@ -40,12 +49,23 @@ class Request:
     dry_run: bool = False
     apply: bool = False
     record: Path | None = None
+    api_base: str | None = None
+    timeout: float | None = None
+    max_tokens: int | None = None
+    max_cost: float | None = None
+    temperature: float = 0.0
+    seed: int = 0
+    chosen: "Chosen | None" = None
+    full: bool = False
+    edit: bool = False
+    resumes: Path | None = None
 
 
 @dataclass(slots=True)
 class Session:
     """Everything that one run needs, wired. `revisions` are the workspace's, before and after;
-    `state` is the one that holds the executed state, if it was kept."""
+    `state` is the one that holds the executed state, if it was kept. `unused` tells which entries
+    of a file of answers were not asked for."""
 
     request: Request
     kg: "Kg"
@@ -56,6 +76,9 @@ class Session:
     replans: int
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
+    sampling: Mapping[str, float] = field(default_factory=dict)
+    transcript: Path | None = None
+    unused: Callable[[], list[str]] = list
     edited: Sequence[str] = ()
     state: str | None = None
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
@@ -65,7 +88,7 @@ class Session:
         from adaptbot_cli.core.parsing import parse
 
         request = self.request
-        turns = pursue(self.task, self.kg, parse, request.policy, self.replans)
+        turns = pursue(self.task, self.kg, parse, request.policy, self.replans, request.full)
         result = drive(turns, self.ports)
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
@@ -91,32 +114,41 @@ def build(
     """
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.adapters.planner.library import Library
+    from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.tasks import task_for
 
-    kg = load(workspace, request.domain)
+    model, base = request.model, request.api_base
+    chosen = request.chosen or choose(model, workspace.settings, environ, base)
+    human = human_of(request, prompts)
+    start = None if request.dry_run else started_on(request.domain, workspace)
+    kg = start.kg if start else load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
-    planner, why = _planner(request, workspace, environ, kg)
+    library = workspace.library(request.domain)
+    planner = _planner(request, chosen, environ, kg, library, console)
     with ExitStack() as stack:
-        human = _human(request, prompts)
         asks = prompts is not None and request.ask and request.answers is None
-        screen = Screen(console, kg, task, f"{planner.name} ({why})", asks)
+        screen = Screen(console, kg, task, asks, request.edit)
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
-        replans = 0 if isinstance(planner, Library) else request.replans
+        replans = 0 if chosen.model is None else request.replans
         session = Session(request, kg, task, nobody, planner.name, screen, replans)
-        transcript = _transcript(request, workspace)
+        if chosen.model is not None:
+            session.sampling = {"temperature": request.temperature, "seed": request.seed}
+        session.unused = getattr(human, "unused", list)
+        transcript = session.transcript = _transcript(request, workspace)
         store: Store = Nowhere()
-        if not request.dry_run:
-            store = session.keeper = _keeper(request, workspace, kg, planner.name, transcript)
-            session.revisions[0] = session.keeper.start()
-            session.edited = session.keeper.edited()
+        if start is not None:
+            store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
+            session.revisions[0], session.edited = start.revision, start.edited
             _tell_edits(console, session.edited)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
         if transcript is not None:
-            session.recorder = _recorder(stack, transcript, session)
+            header = _header(session)
+            session.recorder = stack.enter_context(recording(transcript, kg, header))
+        if request.resumes is not None:
+            planner, human = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
         session.ports = Ports(planner, human, Rehearsal(kg), WordNet(), store, observers)
@@ -125,42 +157,52 @@ def build(
 
 def _planner(
     request: Request,
-    workspace: Workspace,
+    chosen: "Chosen",
     environ: Mapping[str, str],
     kg: "Kg",
-) -> tuple[Planner, str]:
-    from adaptbot_cli.adapters.planner.choice import choose
-    from adaptbot_cli.adapters.planner.library import Library
+    library: tuple[Path, ...],
+    console: "Console",
+) -> Planner:
     from adaptbot_cli.resources import bundled
 
-    chosen = choose(request.model, workspace.settings, environ)
-    folder = bundled("prompts")
     if chosen.model is None:
-        return Library(folder / "library" / kg.domain.name, kg.domain), chosen.why
-    from adaptbot_cli.adapters.planner.local.found import on_board
+        from adaptbot_cli.adapters.planner.library import Library
+
+        return Library(library, kg.domain)
+    from adaptbot_cli.adapters.display import Stream
+    from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
+    from adaptbot_cli.adapters.planner.local.prompts import for_model
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts
+    from adaptbot_cli.adapters.planner.provider import Asking
+    from adaptbot_cli.adapters.planner.scrub import secrets
 
-    if on_board(chosen.model):
-        from adaptbot_cli.adapters.planner.local.prompts import BoardPrompts
+    limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
+    name, prompts = for_model(chosen.model, Prompts(bundled("prompts"), kg, library))
+    return Model(
+        name,
+        prompts,
+        Asking(request.temperature, request.seed, chosen.api_base),
+        Budget(limits),
+        secrets(environ, chosen.api_base),
+        Stream(console, name),
+    )
 
-        board = BoardPrompts(chosen.model, folder, kg)
-        return Model(board.model, board), chosen.why
-    return Model(chosen.model, Prompts(folder, kg)), chosen.why
 
-
-def _human(request: Request, prompts: "Console | None") -> Human:
+def human_of(request: Request, prompts: "Console | None") -> Human:
+    """Return who answers: a file, the person at the terminal `prompts`, or nobody."""
     from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
     from adaptbot_cli.adapters.terminal import AbsentHuman, TerminalHuman
 
     if request.answers is not None:
-        return AnswersHuman(read_answers(request.answers), _person(), str(request.answers))
+        return AnswersHuman(read_answers(request.answers), person(), str(request.answers))
     if prompts is None or not request.ask:
         return AbsentHuman()
-    return TerminalHuman(prompts, _person(), lambda: _now().isoformat(timespec="seconds"))
+    return TerminalHuman(prompts, person(), _stamp, edits=request.edit)
 
 
-def _person() -> str:
+def person() -> str:
+    """Return the name of the person at this machine, empty if it cannot be told."""
     import getpass
 
     try:
@@ -169,8 +211,13 @@ def _person() -> str:
         return ""
 
 
-def _now() -> datetime:
+def started() -> datetime:
+    """Return the time."""
     return datetime.now(UTC)
+
+
+def _stamp() -> str:
+    return started().isoformat(timespec="seconds")
 
 
 def _transcript(request: Request, workspace: Workspace) -> Path | None:
@@ -179,45 +226,73 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
         return request.record
     from adaptbot_cli.core.learning import safe_name
 
-    name = f"{_now():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
+    name = f"{started():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
     return workspace.transcripts / name
 
 
-def _keeper(
-    request: Request, workspace: Workspace, kg: "Kg", planner: str, transcript: Path | None
+def started_on(domain: str, workspace: Workspace) -> "Start":
+    """Make the workspace ready; what follows is on its files as they are then."""
+    from adaptbot_cli.adapters.store.opening import start
+
+    workspace.folder(domain)  # a domain that is not there makes no workspace
+    return start(workspace.root, domain, partial(workspace.first_files, domain), started)
+
+
+def keeper_of(
+    request: Request, workspace: Workspace, planner: str, transcript: Path | None
 ) -> "Keeper":
+    """Return the store of a workspace's domain, with where what it keeps will come from."""
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin
 
-    origin = Origin(planner, transcript.name if transcript else "", _now)
-    first = partial(workspace.first_files, request.domain)
-    return Keeper(workspace.root, request.domain, kg, origin, first)
+    name = ""
+    if transcript is not None:
+        inside = transcript.is_relative_to(workspace.transcripts)
+        name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
+    return Keeper(workspace.root, request.domain, Origin(planner, name, started))
 
 
-def _recorder(stack: ExitStack, path: Path, session: Session) -> "Recorder":
+@contextmanager
+def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Recorder"]:
+    """Begin a transcript. Raises KnowledgeError if it cannot be written."""
     from adaptbot_cli import __version__
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.errors import KnowledgeError
 
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = stack.enter_context(path.open("w", encoding="utf-8", newline="\n"))
+        file = path.open("w", encoding="utf-8", newline="\n")
     except OSError as error:
         raise KnowledgeError(f"cannot write the transcript {path}: {error.strerror}") from error
-    recorder = Recorder(file, session.kg)
+    with file:
+        recorder = Recorder(file, kg)
+        recorder.header({"version": __version__, **header})
+        yield recorder
+
+
+def _header(session: Session) -> dict[str, Any]:
     request = session.request
-    recorder.header(
-        {
-            "version": __version__,
-            "task": request.task,
-            "domain": request.domain,
-            "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
-            "policy": request.policy,
-            "replans": session.replans,
-            "requires": list(request.requires),
-            "planner": session.planner,
-        }
-    )
-    return recorder
+    return {
+        "task": request.task,
+        "domain": request.domain,
+        "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
+        "policy": request.policy,
+        "replans": session.replans,
+        "requires": list(request.requires),
+        "planner": session.planner,
+        **session.sampling,
+        **_options(request),
+    }
+
+
+def _options(request: Request) -> dict[str, Any]:
+    """The options that a header tells where they are not as usual."""
+    options = {
+        "model": request.model,
+        "full": request.full,
+        "apply": request.apply,
+        "resumes": request.resumes.stem if request.resumes else None,
+    }
+    return {name: value for name, value in options.items() if value}
 
 
 def _head(workspace: Workspace) -> str | None:

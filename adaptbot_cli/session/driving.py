@@ -2,11 +2,12 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
+    Amend,
     Ask,
+    Editor,
     Execute,
     Executor,
     Human,
@@ -14,15 +15,21 @@ from adaptbot_cli.core.turns import (
     Kept,
     LookUp,
     Observer,
+    Offer,
     Planner,
     Proposal,
     Propose,
     Review,
+    Source,
     Store,
+    Trace,
     Turn,
+    Volunteer,
 )
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import ModelError
+
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +44,14 @@ class Ports:
     observers: Sequence[Observer] = ()
 
 
-def drive(turns: Generator[Turn, Any, Result], ports: Ports) -> Result:
+def drive(turns: Generator[Turn, Any, R], ports: Ports) -> R:
     """Perform every turn through the ports, show each to the observers, return the result."""
     reply: object = None
     while True:
         try:
             turn = turns.send(reply)
         except StopIteration as stop:
-            result: Result = stop.value
+            result: R = stop.value
             return result
         for observer in ports.observers:
             observer.asked(turn)
@@ -62,6 +69,16 @@ def perform(turn: Turn, ports: Ports) -> object:
             return {word: ports.lexicon.related(word, turn.fields) for word in turn.words}
         case Ask():
             return ports.human.ask(turn.question)
+        case Amend():
+            return ports.human.amend(turn) if isinstance(ports.human, Editor) else None
+        case Offer() if isinstance(ports.human, Volunteer):
+            return ports.human.offer(turn.questions)
+        case Offer():
+            return ()
+        case Trace() if isinstance(ports.store, Source):
+            return tuple(ports.store.trace(fact) for fact in turn.facts)
+        case Trace():
+            return ()
         case Execute():
             return ports.executor.execute(turn.report)
         case Review():
@@ -80,7 +97,7 @@ def _proposal(turn: Propose, planner: Planner) -> Proposal:
     except ModelError as error:
         if turn.attempt == 0:
             raise
-        return Proposal(turn.previous, calls=0, failure=str(error))
+        return Proposal(turn.previous, *error.spent, failure=str(error))
 
 
 class Nowhere:

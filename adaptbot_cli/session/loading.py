@@ -19,19 +19,20 @@ def load(
     """Load a domain's graph: the workspace's or the bundled one.
 
     `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace.
-    What a killed run left half written is finished or undone first.
+    What a killed run left half written is finished or undone first; what is being written is read
+    before or after, not in between.
 
     Raises:
         UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
-    from adaptbot_cli.adapters.store.files import settle
+    from adaptbot_cli.adapters.store.files import settled
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 
-    settle(workspace.root)
-    folder = workspace.folder(domain)
     if at is not None:
+        workspace.folder(domain)
         return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
-    return load_kg(workspace.files(domain), str(folder), read_graphs(facts))
+    files = settled(workspace.root, lambda: workspace.files(domain))
+    return load_kg(files, str(workspace.folder(domain)), read_graphs(facts))
 
 
 def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":

@@ -28,8 +28,12 @@ def check(text: str, task: "Task", kg: "Kg") -> Result:
     return drive(inspect(task, kg, parse, text), ports)
 
 
-def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ()) -> Result:
+def replay(
+    path: Path, workspace: Workspace, observers: Sequence[Observer] = (), kg: "Kg | None" = None
+) -> Result:
     """Replay a transcript: no key, no network, no change of the workspace.
+
+    `kg` is the graph that the transcript was made on, if the caller has it loaded.
 
     Raises:
         ReplayError: the run differs from the transcript; the message says at which turn and how.
@@ -39,13 +43,17 @@ def replay(path: Path, workspace: Workspace, observers: Sequence[Observer] = ())
     from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.parsing import parse
     from adaptbot_cli.core.tasks import task_for
+    from adaptbot_cli.errors import UsageError
 
     header, turns = read(path)
-    kg = kg_of(header, path, workspace)
+    if "sitting" in header:
+        raise UsageError(f"{path} tells the answers of `adaptbot pending answer`; it is no run")
+    kg = kg or kg_of(header, path, workspace)
     task = task_for(str(header.get("task", "")), kg, header.get("requires") or ())
     player = Player(path, kg, turns)
     ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
-    result = drive(pursue(task, kg, parse, policy, replans), ports)
+    full = bool(header.get("full", False))
+    result = drive(pursue(task, kg, parse, policy, replans, full), ports)
     player.end(result)
     return result

@@ -75,3 +75,24 @@ def test_what_cannot_be_meant_is_refused_with_the_choices(
 
 def test_a_subject_that_the_file_does_not_have_stays_open() -> None:
     assert AnswersHuman({}, "ada").ask(KIND) == LATER
+
+
+def test_a_new_place_and_a_number_are_taken_if_they_can_be_meant(tmp_path: Path) -> None:
+    length = Question("value", "chives", "?", "length", number="number")
+    onion = Question("place", "chives", "?", "obj_location", choices=PLACES, known=("onion",))
+    assert answer("obj_location: new Wine Rack", PLACE, tmp_path) == "new wine_rack"
+    assert answer("length: 2.5", length, tmp_path) == "2.5"
+    for text, question in (("length: two", length), ("obj_location: new onion", onion)):
+        with pytest.raises(UsageError):
+            answer(text, question, tmp_path)
+
+
+def test_what_was_not_asked_for_is_named_with_what_it_may_have_meant() -> None:
+    told = {"chivs": {"existence": "absent"}, "chives": {"IsSlicable": "yes", "kind": "object"}}
+    human = AnswersHuman(told, "ada", "a.yaml")
+    human.ask(KIND)
+    human.offer((SLICED,))
+    assert human.unused() == [
+        "a.yaml: chivs was not asked for; asked for was chives",
+        "a.yaml: chives, IsSlicable was not asked for; asked for was IsSliceable",
+    ]

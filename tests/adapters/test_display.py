@@ -10,6 +10,7 @@ from rich.cells import cell_len
 from rich.console import Console, RenderableType
 
 from adaptbot_cli.adapters.display import Screen, diff_table, plan_table
+from adaptbot_cli.adapters.opening import show_opening
 from adaptbot_cli.core import learning
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Parameter
@@ -117,7 +118,7 @@ class Seen:
 
 
 def screen(seen: Seen, kg: Kg, **options: bool) -> Screen:
-    return Screen(seen.console, kg, TASK, "plan library", **options)
+    return Screen(seen.console, kg, TASK, **options)
 
 
 def final(width: int, **given: object) -> Seen:
@@ -188,7 +189,7 @@ def test_what_was_learned_is_shown_with_its_graph() -> None:
     action = Action(node("glue"), "glue", "", (Parameter("part"), Parameter("tool")))
     absent = Lesson(learning.absence(kg.domain, "dragon", "item"), QUESTION, Answer("absent"), "")
     taught = Lesson(Delta(added=frozenset({(node("glue"), RDF.type, node("x"))})), QUESTION,
-                    Answer(EXISTS), "", action)  # fmt: skip
+                    Answer(EXISTS), "", action, notes=("glue(part, tool)",))  # fmt: skip
     lessons = (lesson(kg), absent, taught)
 
     lines = Seen(70).show(diff_table(lessons, None, kg, 70)).lines
@@ -224,7 +225,7 @@ def test_the_last_lines_say_what_the_run_came_to() -> None:
     assert final(80).lines[-3:] == [
         "✓ executable, goal met",
         "  graph: 13 → 14 nodes, 38 → 41 edges · 1 lesson committed as 1a2b3c4",
-        "  2 plans proposed · 812 + 240 tokens · $0.0021 · 1 question answered",
+        "  2 answers · 812 prompt + 240 completion tokens · $0.0021 · 1 question answered",
     ]
 
 
@@ -272,9 +273,8 @@ def test_a_run_is_told_in_lines_and_the_plan_before_the_first_question_only() ->
     shown.replied(Execute(GOOD), Outcome((), None, (NO_CLAMP,)))
     shown.asked(Review(()))
 
-    lines = [line for line in seen.lines if line and line[0] in "wPF!·✓"]
+    lines = [line for line in seen.lines if line and line[0] in "PF!·✓"]
     assert lines == [
-        "wooden stool · workshop · plan library",
         "! checked: 8 steps, 1 changed, 2 inserted, 1 dropped, 1 finding",
         "· asking for another plan: 1 finding still open",
         "Plan",
@@ -295,7 +295,7 @@ def test_one_blank_line_sets_questions_off() -> None:
     shown.finish(result(kg), None)
 
     assert seen.text.count("\n\n\n") == 0
-    assert "library\n\nkeep it? yes\n\nPlan\n" in seen.text
+    assert "clamp: tool\n\nkeep it? yes\n\nPlan\n" in seen.text
 
 
 def test_no_plan_is_shown_on_the_way_where_nobody_is_asked() -> None:
@@ -347,7 +347,8 @@ def hostile_run(seen: Seen) -> None:
         HOSTILE,
     )
     kg.learn(known.delta)
-    shown = Screen(seen.console, kg, report.task, HOSTILE)
+    shown = Screen(seen.console, kg, report.task)
+    show_opening(seen.console, HOSTILE, HOSTILE, HOSTILE, HOSTILE)
     shown.asked(Propose(report.task))
     shown.replied(Checked(report), None)
     shown.replied(Learned(known), None)

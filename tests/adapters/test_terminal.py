@@ -9,7 +9,7 @@ from typing import Any
 
 import pexpect
 import pytest
-from rdflib import Literal, URIRef
+from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.delta import Delta
@@ -21,7 +21,9 @@ from adaptbot_cli.core.questions import (
     UNKNOWN,
     Answer,
     Choice,
+    Follows,
     Question,
+    Suggestion,
     yes_no,
 )
 
@@ -33,14 +35,25 @@ import json, sys
 from rich.console import Console
 from tests.adapters.test_terminal import LESSONS, QUESTIONS
 from adaptbot_cli.adapters.terminal import TerminalHuman
+from adaptbot_cli.core.questions import Reviewed
 
 human = TerminalHuman(Console(stderr=True), "ann", lambda: "2030-01-02T03:04:05+00:00")
 try:
     if sys.argv[1] == "review":
         said = human.review(LESSONS)
+    elif sys.argv[1] == "offer":
+        said = [answer.value for answer in human.offer(QUESTIONS["form"].offered)]
     else:
         answer = human.ask(QUESTIONS[sys.argv[1]])
         said = [answer.value, answer.by, answer.at]
+        question = QUESTIONS[sys.argv[1]]
+        if answer.to or question.together or question.offered:
+            rest = [human.ask(each).value for each in question.together]
+            if question.offered:
+                rest += [each.value for each in human.offer(question.offered)]
+            said = [answer.value, list(answer.to)] if answer.to else [answer.value, *rest]
+    if isinstance(said, Reviewed):
+        said = [sorted(map(list, said.left_out)), said.back and list(said.back)]
 except KeyboardInterrupt:
     sys.exit(130)
 print(json.dumps(said))
@@ -63,6 +76,32 @@ def existence(about: str = "spaner", text: str = "", known: tuple[str, ...] = KN
     return Question("existence", about, text, "", "item", EXISTENCE, known, near, context)
 
 
+def boolean(prop: str, likely: str = "", **more: Any) -> Question:
+    suggested = Suggestion(likely, "as for board") if likely else None
+    text = f"Is plank {prop}?"
+    return Question(
+        "attribute", "plank", text, prop, "item", yes_no(), label=prop, suggested=suggested, **more
+    )
+
+
+FORM = Question(
+    "place",
+    "plank",
+    "Where is plank kept?",
+    "in",
+    choices=(Choice("rack", "rack"), Choice("green_box", "green_box"), Choice(UNKNOWN, "?")),
+    known=("saw",),
+    label="place",
+    context="drill(plank)",
+    suggested=Suggestion("rack", "as for board"),
+    together=(boolean("drillable", "yes"),),
+    offered=(
+        boolean("glass", "no"),
+        boolean("heavy"),
+        boolean("dry", follows=(Follows("glass", "yes", "yes"),)),
+    ),
+)
+
 QUESTIONS = {
     "existence": existence(),
     "nothing known": existence(known=()),
@@ -82,10 +121,30 @@ QUESTIONS = {
         "in",
         choices=(*(Choice(n, n) for n in KNOWN), Choice(UNKNOWN, "I don't know")),
     ),
-    "value": Question("value", "spaner", "How long is it?"),
+    "value": Question("value", "spaner", "How long is it?", number="whole number"),
+    "back": Question(
+        "attribute",
+        "plank",
+        "Can one drill plank?",
+        "drillable",
+        "item",
+        yes_no(),
+        answered=((Question("kind", "plank", "What is plank?"), Answer("part")),),
+    ),
+    "form": FORM,
     "hostile": existence(HOSTILE, f"Is there {HOSTILE}?", (HOSTILE, "spanner")),
 }
+
+
+def lesson(key: tuple[str, str], sentence: str, *facts: Any) -> Lesson:
+    question = Question(key[0], "shelf", "?", key[1])  # type: ignore[arg-type]
+    return Lesson(Delta(added=frozenset(facts)), question, Answer("yes"), sentence)
+
+
+SHELF = URIRef("http://example.org/w#shelf")
 LESSONS = (
+    lesson(("kind", ""), "there is shelf", (SHELF, RDF.type, URIRef("urn:w:furniture"))),
+    lesson(("attribute", "open"), "shelf: open yes", (SHELF, URIRef("urn:w:open"), Literal(True))),
     Lesson(
         Delta(
             frozenset({(URIRef("http://example.org/w#plank"), URIRef("urn:w:in"), Literal("box"))}),
@@ -190,7 +249,7 @@ def test_names_beyond_ascii_can_be_typed(tmp_path: Path) -> None:
 
 def test_enter_picks_nothing_where_no_name_matches(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, "existence").sees("ask me later").types("a").sees("part 9")
-    terminal.types("een", "z", ENTER).sees("eenz").types("\x7f", ENTER)
+    terminal.types("een", "z").sees("nothing matches “eenz”").types(ENTER, "\x7f", ENTER)
 
     assert terminal.ends() == by_ann("is green_box")
 
@@ -233,7 +292,9 @@ def test_a_place_is_picked_from_many(tmp_path: Path, keys: tuple[str, ...], valu
 def test_a_question_without_choices_takes_a_line(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, "value").sees("How long is it?")
 
-    assert terminal.types("two metres", ENTER).ends() == by_ann("two metres")
+    terminal.types("2 metres", ENTER).sees("no whole number").types("\x7f" * 7, ENTER)
+
+    assert terminal.ends() == by_ann("2")
 
 
 @pytest.mark.parametrize("what", ["existence", "attribute", "place", "value", "review"])
@@ -250,13 +311,80 @@ def test_ctrl_c_interrupts_the_second_prompt(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("key", "kept"), [("y", True), (ENTER, True), ("n", False)])
-def test_review_shows_every_fact_and_asks(tmp_path: Path, key: str, kept: bool) -> None:
+def test_review_tells_everything_learned_and_asks(tmp_path: Path, key: str, kept: bool) -> None:
     terminal = Terminal(tmp_path, "review")
-    terminal.sees(
-        "plank is kept in the [bold]rack␛[2J", "plank in box", "plank in rack", "Keep this?"
-    )
+    terminal.sees("Keep this?", "there is shelf", "plank is kept in the [bold]rack␛[2J")
 
     assert terminal.types(key).ends() is kept
+
+
+def test_what_rests_on_a_lesson_is_left_out_with_it_and_comes_back_with_it(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "review").sees("Keep this?", "rack").types(" ")
+    terminal.sees("✗", "there is shelf", "✗", "shelf: open yes").types(ENTER)
+    out = [["attribute", "shelf", "open", "item"], ["kind", "shelf", "", "item"]]
+    assert terminal.ends() == [out, None]
+
+    terminal = Terminal(tmp_path, "review").sees("Keep this?", "rack").types(" ", DOWN, " ", ENTER)
+    assert terminal.ends() is True
+
+
+def test_a_lesson_is_picked_to_be_corrected(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "review").sees("Keep this?", "rack").types(DOWN, DOWN, "c")
+
+    assert terminal.ends() == [[], ["place", "spaner", "in", "item"]]
+
+
+def test_one_key_takes_all_likely_answers(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "form").sees("plank", "drill(plank)", "rack", "as for board")
+
+    assert terminal.sees("heavy").types(ENTER).ends() == ["rack", "yes", "no", "later", "later"]
+
+
+def test_one_key_leaves_what_is_not_needed(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "form").sees("heavy").types("\t")
+
+    assert terminal.ends() == ["rack", "yes", "later", "later", "later"]
+
+
+def test_each_answer_of_a_form_can_be_changed_and_others_follow(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "form").sees("heavy").types(DOWN, "n", "y", "d")
+    terminal.sees("follows").types(ENTER)
+
+    assert terminal.ends() == ["rack", "no", "yes", UNKNOWN, "yes"]
+
+
+def test_a_place_of_a_form_is_found_by_typing(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "form").sees("heavy").types("gre", ENTER).sees("green box")
+
+    assert terminal.types("\t").ends()[0] == "green_box"
+
+
+def test_a_new_place_is_told_by_its_name(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "form").sees("heavy").types("saw").sees("a new place: saw")
+    terminal.types(ENTER).sees("known already, as something else").types("horse", ENTER)
+
+    assert terminal.sees("sawhorse").types("\t").ends()[0] == "new sawhorse"
+
+
+def test_what_is_only_offered_is_skipped_by_one_key(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "offer").sees("Tab: skip", "heavy").types("\t")
+
+    assert terminal.ends() == ["later"] * 3
+
+
+def test_b_goes_back_to_the_question_before(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "back").sees("b: back").types("b")
+
+    assert terminal.ends() == ["back", ["kind", "plank", "", "item"]]
+
+
+def test_ctrl_c_after_an_answer_asks_whether_to_keep_it(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "back").sees("b: back").types(CTRL_C).sees("Keep what you have")
+    assert terminal.types("y").ends()[0] == "stop"
+
+    for no in ("n", CTRL_C):
+        terminal = Terminal(tmp_path, "back").sees("b: back").types(CTRL_C).sees("Keep what")
+        assert terminal.types(no).ends(130) is None
 
 
 def test_hostile_names_are_shown_and_do_nothing(tmp_path: Path) -> None:

@@ -25,8 +25,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import Library, nearest_plan, read_library
-from adaptbot_cli.adapters.planner.local.prompts import BoardPrompts
+from adaptbot_cli.adapters.planner.local.prompts import for_model
 from adaptbot_cli.adapters.planner.model import Model
+from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
@@ -76,15 +77,14 @@ class Questions:
 def planner(arm: str, task: Task, kg: Kg) -> Iterator[Planner]:
     """Make an arm's planner; nobody changes the bundled prompts, so one is left out of a copy."""
     if arm == LIBRARY:
-        yield Library(bundled("prompts") / KITCHEN, kg.domain)
+        yield Library((bundled("prompts") / KITCHEN,), kg.domain)
         return
     with tempfile.TemporaryDirectory() as folder:
         prompts = shutil.copytree(bundled("prompts"), Path(folder) / "prompts")
         own = nearest_plan(task.name, read_library(prompts / KITCHEN))
         if arm == LEFT_OUT and own is not None:
             own[0].path.unlink()
-        board = BoardPrompts("local", prompts, kg)
-        yield Model(board.model, board)
+        yield Model(*for_model("local", Prompts(prompts, kg)))
 
 
 def trial(arm: str, recipe: dict[str, Any], replans: int) -> Trial:

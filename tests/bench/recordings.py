@@ -6,7 +6,6 @@ published implementation recorded. Substitutions are all listed, for judging.
 """
 
 import argparse
-import json
 import sys
 import time
 from collections import Counter
@@ -27,34 +26,24 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parsing import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.turns import Keep, Kept
 from adaptbot_cli.core.tutor import inspect
+from adaptbot_cli.evaluation.recordings import Row, read_recordings
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
+from adaptbot_cli.session.driving import Nowhere
 
 DOMAINS = {"cooking": "kitchen", "cleaning": "household"}
 PUBLISHED_SECONDS_A_STEP = 0.5
 
 
 @dataclass
-class Row:
-    """One recorded run, on both graphs."""
+class Checked:
+    """One recorded run's first answer, on both graphs."""
 
-    name: str
-    task: str
-    required: list[str]
+    row: Row
     before: Result
     after: Result
-    kg: Kg
     seconds: float
-    recorded: dict[str, Any]
-
-
-class Nowhere:
-    """A store that keeps nothing."""
-
-    def keep(self, turn: Keep) -> Kept:
-        return Kept(None)
 
 
 class Bench:
@@ -77,21 +66,15 @@ class Bench:
         ports = Ports(nobody, nobody, Rehearsal(kg), self.lexicon, Nowhere())
         return drive(inspect(task, kg, parse, text), ports)
 
-    def row(self, recorded: dict[str, Any]) -> Row:
-        domain, model = recorded["id"].split("/")[1], recorded["model"]
-        text = recorded["trials"]["llm"]["answers"][0]
-        task = Task(recorded["task"].replace("_", " "), tuple(recorded["ingredients"]))
-        before = self.kg(domain, f"{domain}.initial.d65fe35.ttl")
-        after = self.kg(domain, f"{domain}.after-human.{model}.d65fe35.ttl")
+    def row(self, row: Row) -> Checked:
+        text = row.said("llm")[0]
+        task = Task(row.task, row.required)
+        before = self.kg(row.domain, f"{row.domain}.initial.d65fe35.ttl")
+        after = self.kg(row.domain, f"{row.domain}.after-human.{row.model}.d65fe35.ttl")
         first = self.check(text, task, before)
-        after.forget()  # nothing that an earlier row asked for is known
         started = time.perf_counter()
         second = self.check(text, task, after)
-        seconds = time.perf_counter() - started
-        results = recorded["trials"]["llm_kg"]["results"]
-        return Row(
-            recorded["id"], task.name, list(task.required), first, second, after, seconds, results
-        )
+        return Checked(row, first, second, time.perf_counter() - started)
 
 
 def unknown(result: Result) -> set[str]:
@@ -99,21 +82,7 @@ def unknown(result: Result) -> set[str]:
     return {f.subject for f in result.report.findings if f.code in ("E101", "E201")}
 
 
-def used(row: Row) -> list[str]:
-    """Return the required items that a step really used: changed beyond being carried about."""
-    touched = {
-        row.kg.name(triple[0])
-        for step, bound, delta in zip(
-            row.after.report.steps, row.after.report.bounds, row.after.report.deltas, strict=True
-        )
-        if bound is not None and not bound.action.fetches and step.status != "finding"
-        for triple in delta.added
-    }
-    named = {normal(name) for name in touched}
-    return [item for item in row.required if normal(item) in named]
-
-
-def table(rows: list[Row]) -> Table:
+def table(rows: list[Checked]) -> Table:
     """Lay the rows out beside what was recorded."""
     out = Table(
         "row",
@@ -124,31 +93,31 @@ def table(rows: list[Row]) -> Table:
         "goal",
         "codes",
         "ms",
-        "recorded llm_kg: errors, overlap %",
+        "recorded llm_kg: overlap",
         box=None,
         header_style="bold",
     )
     for row in rows:
         codes = Counter(f.code for f in row.after.report.findings)
-        overlap = float(row.recorded.get("percentage_ingd_used") or 0)
+        overlap = row.row.recorded.get("llm+kg", {}).get("overlap", 0)
         out.add_row(
-            row.name,
-            row.task,
+            row.row.id,
+            row.row.task,
             str(len(row.after.report.steps)),
             ", ".join(sorted(unknown(row.before))) or row.before.verdict,
             row.after.verdict,
             "met" if row.after.goal_met else "not met",
             " ".join(f"{code}x{n}" for code, n in sorted(codes.items())),
             f"{row.seconds * 1000:.0f}",
-            f"{row.recorded.get('#execution_errors')}, {overlap:.0f}",
+            f"{overlap:.0%}",
         )
     return out
 
 
-def substitutions(rows: list[Row]) -> list[tuple[str, str, str, str, str]]:
+def substitutions(rows: list[Checked]) -> list[tuple[str, str, str, str, str]]:
     """Return every substitution of every row, once: row, from, to, by, evidence."""
     found = [
-        (row.name, change.source, change.target, change.by, change.evidence)
+        (row.row.id, change.source, change.target, change.by, change.evidence)
         for row in rows
         for result in (row.before, row.after)
         for step in result.report.steps
@@ -157,7 +126,7 @@ def substitutions(rows: list[Row]) -> list[tuple[str, str, str, str, str]]:
     return list(dict.fromkeys(found))
 
 
-def summary(rows: list[Row]) -> list[str]:
+def summary(rows: list[Checked]) -> list[str]:
     """Return the figures of all rows together."""
     n, seconds = len(rows), sum(row.seconds for row in rows)
     steps = sum(len(row.after.report.steps) for row in rows)
@@ -186,8 +155,7 @@ def main() -> None:
     parser.add_argument("--details", action="store_true", help="list every finding")
     options = parser.parse_args()
     bench = Bench(options.published)
-    lines = (options.published / "plans.dev.jsonl").read_text(encoding="utf-8").splitlines()
-    rows = [bench.row(json.loads(line)) for line in lines]
+    rows = [bench.row(row) for row in read_recordings(options.published / "plans.dev.jsonl")]
     out = Console(width=200, highlight=False)
     out.print(table(rows))
     out.print("\n[bold]Substitutions, for judging[/bold]")
@@ -200,7 +168,7 @@ def main() -> None:
                 *row.after.report.findings,
                 *(row.after.outcome.unmet if row.after.outcome else ()),
             ):
-                out.print(f"  {row.name} {finding.code} {finding.message}", markup=False)
+                out.print(f"  {row.row.id} {finding.code} {finding.message}", markup=False)
     out.print()
     for line in summary(rows):
         out.print(line, markup=False)

@@ -21,7 +21,7 @@ EXISTS, ABSENT, SAME, LATER = "y", "n", "a", "l"
 ENTER, CTRL_C = "\r", "\x03"
 
 CHIVES = 'I do not know "chives"'
-PLACE = "Where is chives kept"
+FORM = "What do you know of chives"
 TABLE = 'I do not know "table"'
 
 Dialogue = list[tuple[str, str]]
@@ -30,7 +30,7 @@ QUESTIONS: dict[str, tuple[str, Dialogue, str]] = {
     "existence": ("omelette", [], TABLE),
     "which one": ("omelette", [(TABLE, SAME)], "Which one is"),
     "kind": ("omelette", [(TABLE, EXISTS)], "What is table"),
-    "place": ("omelette", [(TABLE, EXISTS), ("What is table", "1")], "Where is table kept"),
+    "place": ("omelette", [(TABLE, EXISTS), ("What is table", "1")], "What do you know of table"),
     "attribute": ("salad", [], "Can cucumber be sliced"),
     "review": ("salad", [("Can cucumber be sliced", "y")], "Keep this"),
 }
@@ -39,11 +39,11 @@ QUESTIONS: dict[str, tuple[str, Dialogue, str]] = {
 class Terminal:
     """`adaptbot run` in a terminal; `screen` is everything that has appeared on it."""
 
-    def __init__(self, home: Home, *arguments: str, **env: str) -> None:
+    def __init__(self, home: Home, *arguments: str, command: str = "run", **env: str) -> None:
         self.home = home
         self.process: Any = pexpect.spawn(
             sys.executable,
-            ["-m", "adaptbot_cli", "run", *arguments],
+            ["-m", "adaptbot_cli", command, *arguments],
             cwd=str(home.folder),
             dimensions=(40, COLUMNS),
             encoding="utf-8",
@@ -66,8 +66,8 @@ class Terminal:
         return self
 
     def waits(self, question: str) -> "Terminal":
-        """Wait until a question can be answered: its hint stands after it, on the same line."""
-        self.process.expect(re.escape(question) + r"[^\r\n]*\((one key|type to|Y/n)")
+        """Wait until a question can be answered: its hint stands after it."""
+        self.process.expect(re.escape(question) + r"[^»]{0,160}?\((one key|type to|Y/n|Enter: )")
         self.screen += self.process.before + self.process.after
         return self
 
@@ -80,9 +80,9 @@ class Terminal:
 
 
 @contextmanager
-def terminal(home: Home, *arguments: str, **env: str) -> Iterator[Terminal]:
+def terminal(home: Home, *arguments: str, command: str = "run", **env: str) -> Iterator[Terminal]:
     """Run in a terminal that is gone afterwards, however the test went."""
-    opened = Terminal(home, *arguments, **env)
+    opened = Terminal(home, *arguments, command=command, **env)
     try:
         yield opened
     finally:
@@ -135,6 +135,11 @@ def told(home: Home) -> list[str]:
     return [turn["answer"] for turn in turns(home) if turn["turn"] == "ask"]
 
 
+def learned(home: Home) -> list[str]:
+    """Return the facts of the last commit."""
+    return [f for key, facts in home.trailers().items() if key.startswith("Fact") for f in facts]
+
+
 @pytest.mark.parametrize(
     ("question", "way"),
     [
@@ -152,16 +157,18 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
             opened.process.send(CTRL_C)
         else:
             opened.process.kill(signal.SIGINT)
+        if question in ("kind", "place"):
+            opened.answers(("Keep what you have told so far", "n"))
         assert opened.ends() == 130
     assert "Traceback" not in opened.screen
-    assert "interrupted; nothing was committed" in opened.screen
+    assert "interrupted; nothing was committed. To go on: adaptbot resume" in opened.screen
     assert knowledge(there) == before
     assert len(told(there)) == {"which one": 0}.get(question, len(dialogue))
     assert "finished" not in {turn["turn"] for turn in turns(there)}
 
 
 def test_an_item_that_exists_is_learned_with_its_place(home: Home) -> None:
-    dialogue = [(CHIVES, EXISTS), ("What is chives", "1"), (PLACE, f"fri{ENTER}")]
+    dialogue = [(CHIVES, EXISTS), ("What is chives", "1"), (FORM, f"fri{ENTER}\t")]
     with terminal(home, "make omelette") as opened:
         opened.answers(*dialogue, ("Keep this", ENTER))
         opened.sees("executable, goal met")
@@ -230,3 +237,79 @@ def test_no_colour_where_none_is_wanted(home: Home, env: dict[str, str]) -> None
     colours = re.findall(r"\x1b\[(?:\d+;)*[34]\d[;m]", opened.screen)
     assert colours == []
     assert "executable, goal met" in opened.screen
+
+
+SHALLOT = 'I do not know "shallot"'
+SALAD = ("make salad", "--requires", "shallot")
+
+
+def test_one_new_object_costs_four_prompts_and_at_most_eight_keys(home: Home) -> None:
+    dialogue = [
+        (SHALLOT, EXISTS),
+        ("What is shallot", ENTER),
+        ("What do you know of shallot", f"fri{ENTER}{ENTER}"),
+        ("Keep this", ENTER),
+    ]
+    with terminal(home, *SALAD) as opened:
+        opened.answers(*dialogue)
+        assert opened.ends() == 0
+    assert len(dialogue) <= 4
+    assert sum(len(keys) for _, keys in dialogue) <= 8
+    assert "executable, goal met" in opened.screen
+    assert told(home) == ["exists", "object", "fridge"]
+
+
+def test_back_corrects_an_answer_and_keeps_the_others(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "3"))
+        opened.answers(("What do you know of shallot", "\x1b"), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}\t"), ("Keep this", ENTER))
+        assert opened.ends() == 0
+    facts = learned(home)
+    assert "+ shallot type object" in facts and "+ shallot type tool" not in facts
+    path = next((home.workspace / "transcripts").glob("*.yaml"))
+    assert "✓" in home.adaptbot("replay", str(path)).out
+
+
+def test_the_review_keeps_a_part(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
+        opened.answers(("Keep this", f"\x1b[B {ENTER}"))
+        assert opened.ends() == 0
+    facts = learned(home)
+    assert "+ shallot type object" in facts
+    assert "+ shallot obj_location fridge" not in facts
+
+
+def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", CTRL_C))
+        opened.answers(("Keep what you have told so far", "y"), ("Keep this", ENTER))
+        opened.ends()
+    assert "+ shallot type object" in home.trailers()["Fact-1"]
+    assert turns(home)[-1]["turn"] == "finished"
+
+
+@pytest.mark.parametrize("way", ["ctrl-c", "kill", "cut"])
+def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.waits("What do you know of shallot")
+        opened.process.kill(signal.SIGINT if way == "ctrl-c" else signal.SIGKILL)
+        if way == "ctrl-c":
+            opened.answers(("Keep what you have told so far", "n"))
+            assert opened.ends() == 130
+        else:
+            opened.process.wait()
+    if way == "cut":
+        (path,) = (home.workspace / "transcripts").glob("*.yaml")
+        path.write_bytes(path.read_bytes() + b"---\nturn: ask\nkind: place\nabout: shal")
+    with terminal(home, command="resume") as opened:
+        opened.answers(("What do you know of shallot", f"fri{ENTER}\t"), ("Keep this", ENTER))
+        assert opened.ends() == 0
+    assert SHALLOT not in opened.screen.replace("? " + SHALLOT, "")
+    assert "+ shallot obj_location fridge" in home.trailers()["Fact-2"]
+    ended = home.adaptbot("resume")
+    assert ended.code == 2 and "nothing to resume" in ended.said

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.plan import Task
@@ -83,10 +84,22 @@ def test_e502_where_a_new_plan_loses_a_required_item() -> None:
     assert "E502" not in told_to_the_model(first, keeping)
 
 
+REJECTED = {"E504"}
+"""What only a person finds, and only the planner is told."""
+
+
+@pytest.mark.parametrize(("edits", "told"), [([Edit("reject", text="no")], True), ([], False)])
+def test_e504_where_a_person_rejects_a_plan(edits: list[Edit], told: bool) -> None:
+    script = Script(["sell(board)"], LATER, edits=edits)
+    drive(Task("work", ("board",)), workshop(), script, replans=1)
+    proposed = [turn for turn in script.seen if isinstance(turn, Propose)]
+    assert ("E504" in {f.code for turn in proposed for f in turn.findings}) == told
+
+
 def test_every_code_has_a_fixture() -> None:
     parsing = Path(__file__).with_name("parsing").glob("*.py")
     of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
-    assert set(CODES) == set(PLANS) | set(REPLANS) | set(NEEDLESS) | of_texts
+    assert set(CODES) == set(PLANS) | set(REPLANS) | set(NEEDLESS) | REJECTED | of_texts
 
 
 @pytest.mark.parametrize("code", ["W601", "W602"])

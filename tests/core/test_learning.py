@@ -5,11 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.core import learning, teach
+from adaptbot_cli.core import asking, learning, teach
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, FALSE, TRUE
@@ -28,7 +28,7 @@ class Lessons:
     def __init__(self, plan: str, kg: Kg | None = None, *required: str) -> None:
         self.plan = plan
         self.scene = scene(kg, *required)
-        self.asked: dict[teach.Key, tuple[Question, Answer]] = {}
+        self.asked: dict[Key, tuple[Question, Answer]] = {}
 
     @property
     def report(self) -> Report:
@@ -36,14 +36,14 @@ class Lessons:
 
     @property
     def question(self) -> Question | None:
-        return teach.next_question(self.report, self.scene, self.asked)
+        return asking.next_question(self.report, self.scene, self.asked)
 
     def say(self, value: str) -> Lesson | None:
         """Answer the next question and take what it teaches."""
         report, question, answer = self.report, self.question, Answer(value)
         assert question is not None
         self.asked[question.key] = (question, answer)
-        lesson = teach.learn(question, answer, report, self.scene)
+        lesson = teach.learn(question, answer, report, self.scene, self.asked)
         if lesson is not None:
             teach.take(lesson, self.scene)
         return lesson
@@ -66,7 +66,13 @@ def test_an_unknown_item_is_asked_about_with_the_nearest_names_first() -> None:
     assert question.known[0] == "drill"
     assert set(question.known) >= {"board", "bench", "saw"}
     assert question.context == "take_tool(dril)"
-    assert [choice.value for choice in question.choices] == ["is", "absent", "exists", "later"]
+    assert [choice.value for choice in question.choices] == [
+        "is",
+        "absent",
+        "exists",
+        "edit",
+        "later",
+    ]
 
 
 def test_mistaken_for_another_is_an_alias_and_the_plan_is_understood() -> None:
@@ -127,9 +133,9 @@ def test_it_exists_and_two_kinds_fit_so_the_kind_is_asked() -> None:
     question = talk.question
     assert question is not None
     assert (question.kind, question.text) == ("kind", "What is slab?")
-    assert [(c.value, c.label) for c in question.choices] == [
-        ("part", "part: worked on"),
-        ("tool", "tool"),
+    assert [(c.value, c.label, c.then) for c in question.choices] == [
+        ("part", "part", "worked on"),
+        ("tool", "tool", ""),
     ]
     talk.say("tool")
     assert talk.scene.kg.is_a(URIRef(W + "slab"), [TOOL])
@@ -255,25 +261,6 @@ def test_an_action_that_is_not_possible_is_dropped_from_then_on() -> None:
     assert [step.status for step in talk.report.steps] == ["dropped"]
 
 
-def test_a_new_action_can_be_used_at_once() -> None:
-    talk = Lessons("polish(board, saw, 5)")
-    lesson = talk.say("exists")
-    assert lesson is not None
-    assert lesson.action is not None
-    assert [p.name for p in lesson.action.parameters] == ["part_1", "tool_2", "number_3"]
-    assert talk.codes == []
-    assert talk.report.executable
-    assert talk.report.steps[0].call.render() == 'polish("board", "saw", 5)'
-
-
-def test_a_new_action_is_written_as_a_pack_can_be_read() -> None:
-    kg = workshop()
-    action, delta = learning.new_action(kg, "polish", [kg.domain.kinds[PART], None])
-    written = {p for _, p, _ in delta.added}
-    assert {RDF.type, AB.explain, AB.parameter, AB.order, AB["class"], AB.datatype} <= written
-    assert (action.iri, AB.parameter, URIRef(W + "polish_part_1")) in delta.added
-
-
 def test_an_item_and_an_action_of_one_name_are_two_questions() -> None:
     talk = Lessons("weld(weld)")
     first = talk.question
@@ -287,6 +274,8 @@ def test_an_item_and_an_action_of_one_name_are_two_questions() -> None:
 def test_the_answer_about_an_action_is_not_one_about_the_item_of_that_name() -> None:
     talk = Lessons("weld(weld)")
     talk.say("exists")
+    assert kind_of(talk.question) == "action"
+    talk.say("later")
     assert kind_of(talk.question) == "existence"
 
 
@@ -301,7 +290,7 @@ def test_nothing_is_asked_twice() -> None:
 
 def test_only_required_items_are_asked_about_where_that_is_wanted() -> None:
     talk = Lessons("press(gadget, 3)\npress(slab, 3)", None, "slab")
-    question = teach.next_question(talk.report, talk.scene, talk.asked, required_only=True)
+    question = asking.next_question(talk.report, talk.scene, talk.asked, required_only=True)
     assert question is not None
     assert question.about == "slab"
 
@@ -371,11 +360,3 @@ def test_an_iri_that_is_taken_is_not_used_again(name: str) -> None:
     # By a thing, a class, a property, an action, the robot.
     kg = workshop()
     assert learning.entity_iri(kg, name) == URIRef(f"{W}{name.lower()}_2")
-
-
-def test_a_new_action_gets_no_iri_that_is_taken() -> None:
-    kg = workshop()
-    action, _ = learning.new_action(kg, "board", [])
-    assert action.iri == URIRef(W + "board_2")
-    action, _ = learning.new_action(kg, "egg> . <x> <y", [])
-    assert action.iri == URIRef(W + "egg_____x___y")

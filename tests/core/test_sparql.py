@@ -9,6 +9,7 @@ from adaptbot_cli.core.sparql import (
     bindable,
     mentions,
     prefixed,
+    reaches_out,
     split_update,
     template,
     variables,
@@ -188,3 +189,33 @@ def test_the_size_counts_things_and_facts_but_nothing_of_the_tools_own() -> None
     nodes, edges = kg.size()
     kg.learn(Delta(added=frozenset({(w("plank"), URIRef("urn:adaptbot:alias"), Literal("slab"))})))
     assert kg.size() == (nodes, edges) == (11, 44)
+
+
+OUTSIDE = (
+    "SELECT * { SERVICE <http://x/> { ?s ?p ?o } }",
+    "SELECT * { service silent<http://x/> {} }",
+    "SELECT * { SERVICE # a comment\n <http://x/> {} }",
+    "SELECT * { SERVICE SILENT ex:there {} }",
+    "SELECT * { SERVICE ?where {} }",
+    "SELECT * { \\u0053ERVICE <http://x/> {} }",
+    "SELECT * { BIND(''' ' ''' AS ?x) SERVICE <http://x/> {} } # '",
+    "LOAD <http://x/>",
+    "DELETE WHERE { ?s ?p ?o } ; LOAD SILENT <http://x/> INTO GRAPH <x:y>",
+)
+INSIDE = (
+    "SELECT ?service WHERE { ?service ex:load ?load }",
+    'SELECT * { ?s ex:obj_name "service" }',
+    "SELECT * { ?s ex:service <http://x/> }",
+    "ASK { ?s ?p ex:load }",
+    "SELECT * { ?s :service ?o }",
+)
+
+
+@pytest.mark.parametrize("text", OUTSIDE)
+def test_what_would_reach_the_network_is_seen(text: str) -> None:
+    assert reaches_out(text) in ("SERVICE", "LOAD")
+
+
+@pytest.mark.parametrize("text", INSIDE)
+def test_what_stays_here_is_let_through(text: str) -> None:
+    assert reaches_out(text) == ""

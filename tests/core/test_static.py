@@ -152,7 +152,7 @@ def test_an_attribute_that_is_unknown_is_a_question_and_not_a_no() -> None:
     [finding] = sound("drill_hole(plank)").findings
     assert (finding.code, finding.subject) == ("E301", "plank")
     assert finding.message == "it is not known whether plank is drillable"
-    assert finding.candidates == ("drillable",)
+    assert (finding.prop, finding.candidates) == ("drillable", ())
 
 
 def test_an_attribute_that_is_false_rules_it_out_in_the_domains_words() -> None:

@@ -3,5 +3,6 @@
 from adaptbot_cli.adapters.display.diff import diff_table
 from adaptbot_cli.adapters.display.plan import plan_table
 from adaptbot_cli.adapters.display.screen import Screen
+from adaptbot_cli.adapters.display.stream import Stream
 
-__all__ = ["Screen", "diff_table", "plan_table"]
+__all__ = ["Screen", "Stream", "diff_table", "plan_table"]

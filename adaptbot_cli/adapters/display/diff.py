@@ -93,8 +93,10 @@ def _values(row: Row) -> Text:
 def _learned(lesson: Lesson, kg: Kg) -> Iterator[Row]:
     """The facts of a lesson; a new action as one line, whatever facts it takes to describe it."""
     if lesson.action is not None:
-        takes = ", ".join(parameter.name for parameter in lesson.action.parameters)
-        yield Row(lesson.action.name, "action", new=(f"{lesson.action.name}({takes})",))
+        name = lesson.question.about if lesson.replaces else lesson.action.name
+        for note in lesson.notes:
+            prop, colon, told = note.partition(": ")
+            yield Row(name, prop, new=(told,)) if colon else Row(name, "action", new=(note,))
         return
     yield from _rows(lesson.delta, kg)
 

@@ -192,6 +192,8 @@ def _sentence(finding: Finding, kg: Kg) -> Text:
     options = _options(finding, kg)
     if options:
         text.append_text(said(f"; could be {sentence_list(options)}", "dim"))
+    if finding.remedy:
+        text.append_text(said(f"; {finding.remedy} would mend that", "dim"))
     return text
 
 

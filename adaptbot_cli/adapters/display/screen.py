@@ -17,14 +17,17 @@ from adaptbot_cli.adapters.display.words import (
     WARNING,
     Mark,
     count,
-    join,
+    hanging,
+    noted,
     said,
 )
+from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.turns import (
+    Amend,
     Ask,
     Checked,
     Execute,
@@ -46,31 +49,28 @@ _MOST_FOR_CHANGES = 0.42
 class Screen:
     """Shows a run as it goes: a line for each event, the plan before questions and at the end.
 
-    `planner_line` says who plans. With `asks` False no question appears on this terminal, and the
-    plan is shown at the end only.
+    With `asks` False no question appears on this terminal, and the plan is shown at the end only.
+    With `edits` it is shown before it is executed, to be edited.
     """
 
     console: Console
     kg: Kg
     task: Task
-    planner_line: str
     asks: bool = True
-    _started: bool = field(default=False, init=False)
+    edits: bool = False
     _report: Report | None = field(default=None, init=False)
     _shown: str | None = field(default=None, init=False)
     _last: Text | None = field(default=None, init=False)
 
     def asked(self, turn: Turn) -> None:
         """Show what must be seen before a turn is performed."""
-        if not self._started:
-            self._started = True
-            self._header()
         if isinstance(turn, Propose) and turn.attempt:
             open_ = count(len({(f.code, f.message) for f in turn.findings}), "finding")
             self._note(PASSING, f"asking for another plan: {open_} still open")
-        if isinstance(turn, Ask) and self.asks:
+        edits = isinstance(turn, Amend) and (turn.why != "ready" or self.edits)
+        if (isinstance(turn, Ask) or edits) and self.asks:
             self._plan_once()
-        if isinstance(turn, Ask | Review) and self.asks:
+        if (isinstance(turn, Ask | Review) or edits) and self.asks:
             self._gap()
 
     def replied(self, turn: Turn, reply: object) -> None:
@@ -87,8 +87,10 @@ class Screen:
             self._executed(reply)
         elif isinstance(turn, Review) and reply is False:
             self._note(WARNING, "not kept: the plan is looked at again without what was taught")
-        elif isinstance(turn, Ask | Review) and self.asks:
-            self._last = None  # the question and its answer stand there now
+        elif isinstance(turn, Ask | Review) or isinstance(reply, Edit):
+            self._last = (
+                None if self.asks else self._last
+            )  # the question and its answer stand there now
 
     def finish(self, result: Result, committed: str | None) -> None:
         """Show the final plan, what the run changes, and what it came to.
@@ -102,10 +104,6 @@ class Screen:
         self.console.print(_sizes(result, committed))
         if result.usage != Usage():
             self.console.print(_cost(result.usage))
-
-    def _header(self) -> None:
-        parts = [said(self.task.name.replace("_", " "), "bold"), said(self.kg.domain.name)]
-        self.console.print(join([*parts, said(self.planner_line, "dim", 300)], " · "))
 
     def _plan_once(self) -> None:
         """Show the plan, unless its text has been shown before: each answer changes it a little."""
@@ -133,17 +131,10 @@ class Screen:
 
     def _note(self, mark: Mark, text: str) -> None:
         """Print a line, unless it says what the line before says."""
-        line = _line(mark, text, "dim" if mark is PASSING else "")
+        line = noted(mark, text, "dim" if mark is PASSING else "")
         if line != self._last:
-            self.console.print(_hanging(line))
+            self.console.print(hanging(line))
         self._last = line
-
-
-def _hanging(line: Text) -> RenderableType:
-    """A line whose continuation is set off from its sign."""
-    table = Table.grid(padding=(0, 1, 0, 0))
-    table.add_row(line[:1], line[2:])
-    return table
 
 
 def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
@@ -178,13 +169,13 @@ def _after(outcome: Outcome | None) -> tuple[Finding, ...]:
 
 def _verdict(result: Result) -> Text:
     if result.verdict == "no_plan":
-        return _line(BAD, "no plan: no step could be read from the text", "bold")
+        return noted(BAD, "no plan: no step could be read from the text", "bold")
     if result.goal_met:
-        return _line(GOOD, "executable, goal met", "bold")
+        return noted(GOOD, "executable, goal met", "bold")
     said_so = "executable, but the goal is not met"
     if result.verdict != "executable":
         said_so = "not executable"
-    return _line(BAD, f"{said_so}: {_lacking(result)}", "bold")
+    return noted(BAD, f"{said_so}: {_lacking(result)}", "bold")
 
 
 def _lacking(result: Result) -> str:
@@ -194,10 +185,6 @@ def _lacking(result: Result) -> str:
     text = next(iter(open_)) if len(open_) == 1 else f"{count(len(open_), 'finding')} open"
     missing = dict.fromkeys((*result.report.missing, *(outcome.missing if outcome else ())))
     return f"{text}; missing: {sentence_list([*missing])}" if missing else text
-
-
-def _line(mark: Mark, text: str, style: str) -> Text:
-    return join([Text(mark.sign, mark.style), said(text, style, 300)], " ")
 
 
 def _sizes(result: Result, committed: str | None) -> RenderableType:
@@ -220,14 +207,18 @@ def _conditions(outcome: Outcome) -> str:
 def _cost(usage: Usage) -> RenderableType:
     parts = []
     if usage.model_calls:
-        parts.append(f"{count(usage.model_calls, 'plan')} proposed")
-    if usage.prompt_tokens or usage.completion_tokens:
-        parts.append(f"{usage.prompt_tokens} + {usage.completion_tokens} tokens")
-    if usage.cost_usd is not None:
-        parts.append(f"${usage.cost_usd:.4f}")
+        parts.append(count(usage.model_calls, "answer"))
+        parts.append(f"{usage.prompt_tokens} prompt + {usage.completion_tokens} completion tokens")
+        parts.append(_money(usage.cost_usd))
     if usage.questions:
         parts.append(f"{count(usage.questions, 'question')} answered")
     return _facts(parts)
+
+
+def _money(cost_usd: float | None) -> str:
+    if cost_usd is None:
+        return "price not known"
+    return f"${cost_usd:.4f}" if cost_usd else "no cost"
 
 
 def _facts(parts: list[str]) -> RenderableType:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from rich.console import OverflowMethod
+from rich.console import OverflowMethod, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -46,6 +46,18 @@ def wrapped(text: Text) -> Text:
 def join(parts: Iterable[Text], between: str = "  ") -> Text:
     """Join texts that keep their styles."""
     return Text(between).join(parts)
+
+
+def noted(mark: Mark, text: str, style: str = "") -> Text:
+    """Return a line that begins with a mark."""
+    return join([Text(mark.sign, mark.style), said(text, style, 300)], " ")
+
+
+def hanging(line: Text) -> RenderableType:
+    """Return such a line with its continuation set off from its mark."""
+    table = Table.grid(padding=(0, 1, 0, 0))
+    table.add_row(line[:1], line[2:])
+    return table
 
 
 def count(number: int, one: str, many: str = "") -> str:

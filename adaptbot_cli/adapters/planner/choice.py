@@ -1,59 +1,116 @@
 """Which model plans: what is said, what is configured, what is found, else the plan library."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
-from urllib.request import urlopen
 
 from adaptbot_cli.adapters.planner.local import found
+from adaptbot_cli.errors import UsageError
 
-OLLAMA = "http://127.0.0.1:11434"
-_KEYS = (
+KEYS = (
     ("OPENAI_API_KEY", "gpt-4o-mini"),
-    ("ANTHROPIC_API_KEY", "anthropic/claude-3-5-haiku-latest"),
-    ("GEMINI_API_KEY", "gemini/gemini-2.0-flash"),
+    ("ANTHROPIC_API_KEY", "anthropic/claude-haiku-4-5"),
+    ("GEMINI_API_KEY", "gemini/gemini-flash-latest"),
     ("MISTRAL_API_KEY", "mistral/mistral-small-latest"),
-    ("GROQ_API_KEY", "groq/llama-3.3-70b-versatile"),
+    ("GROQ_API_KEY", "groq/openai/gpt-oss-20b"),
     ("OPENROUTER_API_KEY", "openrouter/openai/gpt-4o-mini"),
 )
+"""Providers by the variable of their key, and a small model of each that can plan."""
+
 LIBRARY = "library"
 
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """The model to plan with, as litellm names it, or None for the plan library; and why."""
+    """The model to plan with, as litellm names it, or None for the plan library; and why.
+
+    `api_base` is the address of the server that has it, if it is not the provider's own.
+    """
 
     model: str | None
     why: str
+    api_base: str | None = None
+
+    @property
+    def name(self) -> str:
+        """How the planner is called."""
+        return self.model or "plan library"
 
 
-def choose(option: str | None, settings: Mapping[str, Any], environ: Mapping[str, str]) -> Chosen:
-    """Choose a model: --model, adaptbot.toml, ADAPTBOT_MODEL, a key, Ollama, on board, library."""
+def choose(
+    option: str | None,
+    settings: Mapping[str, Any],
+    environ: Mapping[str, str],
+    api_base: str | None = None,
+) -> Chosen:
+    """Choose a model: --model, adaptbot.toml, ADAPTBOT_MODEL, a server that --api-base names, a
+    provider's key, Ollama, the model on board, the plan library.
+
+    Raises:
+        UsageError: --api-base is no address of the web, or names a server that tells no model.
+    """
+    for address in (api_base, settings.get("api_base")):
+        if address and not str(address).startswith(("http://", "https://")):
+            raise UsageError("the API base must be an address such as http://127.0.0.1:8000/v1")
     said = (
         (option, "--model"),
         (settings.get("model"), "adaptbot.toml"),
         (environ.get("ADAPTBOT_MODEL"), "ADAPTBOT_MODEL"),
     )
-    for model, where in said:
-        if model:
-            return Chosen(None if model == LIBRARY else str(model), f"from {where}")
-    for key, model in _KEYS:
+    for name, where in said:
+        if name:
+            return _named(str(name), f"from {where}", settings, environ, api_base)
+    base = api_base or settings.get("api_base")
+    return _served(base) if base else _found(environ)
+
+
+def _named(
+    name: str,
+    why: str,
+    settings: Mapping[str, Any],
+    environ: Mapping[str, str],
+    api_base: str | None,
+) -> Chosen:
+    """A model that is named. Addresses that are only configured are those of OpenAI's kind."""
+    if name == LIBRARY:
+        return Chosen(None, why)
+    if found.on_board(name):
+        return Chosen(name, why)
+    base = api_base
+    if base is None and (name.startswith("openai/") or "/" not in name):
+        configured = settings.get("api_base")
+        variables = (environ.get("OPENAI_BASE_URL"), environ.get("OPENAI_API_BASE"))
+        base = configured or next((address for address in variables if address), None)
+    if base and "/" not in name and ":" not in name:
+        name = f"openai/{name}"
+    return Chosen(name, why, base)
+
+
+def _served(base: str) -> Chosen:
+    """The first model of an OpenAI-compatible server."""
+    from adaptbot_cli.adapters.planner.servers import served
+
+    names = served(base)
+    if not names:
+        raise UsageError(
+            "the server at the API base tells no model: start it, or name one with --model "
+            "openai/NAME"
+        )
+    return Chosen(f"openai/{names[0]}", "the first model of the server at the API base", base)
+
+
+def _found(environ: Mapping[str, str]) -> Chosen:
+    for key, model in KEYS:
         if environ.get(key):
-            return Chosen(model, f"{key} is set")
-    local = _ollama_model()
-    if local:
-        return Chosen(f"ollama/{local}", "an Ollama server runs on this machine")
+            base = environ.get("OPENAI_BASE_URL") or environ.get("OPENAI_API_BASE")
+            return Chosen(model, f"{key} is set", base if key == "OPENAI_API_KEY" else None)
+    from adaptbot_cli.adapters.planner.servers import ollama
+
+    server = ollama(environ)
+    if server is not None and server.best is not None:
+        more = len(server.plans) - 1
+        why = f"Ollama runs at {server.address}" + (f"; {more} more there" if more else "")
+        return Chosen(f"ollama_chat/{server.best}", why)
     if found.installed():
         return Chosen(found.NAME, "the model on board is installed, and no other is configured")
     return Chosen(None, "no model is configured: see --model")
-
-
-def _ollama_model() -> str | None:
-    """The first model of an Ollama server on this machine, if one answers at once."""
-    try:
-        with urlopen(f"{OLLAMA}/api/tags", timeout=0.3) as answer:
-            models = json.load(answer)["models"]
-        return str(models[0]["name"])
-    except (OSError, ValueError, KeyError, IndexError, TypeError):
-        return None

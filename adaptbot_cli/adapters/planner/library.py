@@ -2,20 +2,26 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import jinja2
 import yaml
+from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.names import affirmed, singulars, words
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
-_JINJA = jinja2.Environment(
+# A workspace may be another person's: its templates reach nothing but what they are given.
+_JINJA = ImmutableSandboxedEnvironment(
     undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
 )
+
+_SLIPS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What an expression of a template may raise by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,31 +40,77 @@ class LibraryPlan:
         try:
             template = _JINJA.from_string(self.body)
             return template.render(task=task, items=list(items), roles=self.roles)
-        except jinja2.TemplateError as error:
-            raise PackError(f"{self.path}: {error}") from error
+        except (jinja2.TemplateError, *_SLIPS) as error:
+            line = getattr(error, "lineno", None)
+            where = f"{self.path}, line {line + self._front_lines}" if line else str(self.path)
+            told = str(error).rstrip(".")
+            raise PackError(f"{where}: {told}; correct the template there") from error
+
+    @property
+    def _front_lines(self) -> int:
+        """The lines of the file before the template."""
+        text = self.path.read_text(encoding="utf-8")
+        return text.count("\n") - self.body.count("\n")
 
 
-def read_library(folder: Path) -> list[LibraryPlan]:
-    """Read every plan of a folder, sorted by file name. Raises PackError."""
-    return [_read(path) for path in sorted(folder.glob("*.plan"))]
+def read_library(*folders: Path) -> list[LibraryPlan]:
+    """Read every plan of some folders. Raises PackError."""
+    return [read_plan(path) for path in library_files(*folders)]
 
 
-def _read(path: Path) -> LibraryPlan:
-    parts = path.read_text(encoding="utf-8").split("---\n", 2)
+def library_files(*folders: Path) -> list[Path]:
+    """Return the files of a library: folder by folder, by name, a name once only.
+
+    So a plan in an earlier folder stands for one of the same file name in a later folder.
+    """
+    found: dict[str, Path] = {}
+    for folder in folders:
+        for path in sorted(folder.glob("*.plan")):
+            found.setdefault(path.name, path)
+    return list(found.values())
+
+
+def read_plan(path: Path) -> LibraryPlan:
+    """Read one plan, unless it has been read before and not been changed. Raises PackError."""
+    try:
+        return _read(path, path.stat().st_mtime_ns)
+    except OSError as error:
+        raise PackError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+@lru_cache(maxsize=512)
+def _read(path: Path, _changed: int) -> LibraryPlan:
+    try:
+        parts = path.read_text(encoding="utf-8").split("---\n", 2)
+    except UnicodeDecodeError as error:
+        raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
     if len(parts) != 3:
-        raise PackError(f"{path}: needs YAML between two lines of ---, then the plan")
+        remedy = "write YAML between two lines of ---, then the plan"
+        raise PackError(f"{path}: has no front matter; {remedy}")
     try:
         front: Any = yaml.safe_load(parts[1])
         return LibraryPlan(
             path,
-            tuple(map(str, front["names"])),
-            tuple(map(str, front["base"])) if "base" in front else None,
-            tuple(map(str, front.get("ingredients", ()))),
-            {str(role): list(map(str, items)) for role, items in front.get("roles", {}).items()},
+            _words(front, "names") or _refuse("names"),
+            _words(front, "base") if "base" in front else None,
+            _words(front, "ingredients"),
+            {str(role): list(_words(front["roles"], role)) for role in front.get("roles") or ()},
             parts[2],
         )
     except (yaml.YAMLError, KeyError, AttributeError, TypeError) as error:
-        raise PackError(f"{path}: its front matter lacks or garbles {error}") from error
+        told = " ".join(str(error).split())
+        remedy = "see the plan library in docs/domains.md"
+        raise PackError(f"{path}: its front matter lacks or garbles {told}; {remedy}") from error
+
+
+def _words(front: Any, key: str) -> tuple[str, ...]:
+    """The list of words at a key. Raises TypeError."""
+    value = front.get(key) or ()
+    return tuple(map(str, value)) if isinstance(value, list | tuple) else _refuse(key)
+
+
+def _refuse(key: str) -> tuple[str, ...]:
+    raise TypeError(f"`{key}`, which is a list: [one, another]")
 
 
 def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
@@ -82,19 +134,25 @@ def _folded(text: str) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class Library:
-    """Plans without a model: the nearest plan of the library, with the task's own items."""
+    """Plans without a model: the nearest plan of the library, with the task's own items.
 
-    folder: Path
+    The library is that of `folders`, an earlier one before a later one.
+    """
+
+    folders: tuple[Path, ...]
     domain: Domain
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
-        """Return the nearest plan's text. It says the same however often it is asked.
+        """Return the nearest plan's text; asked for another one, say that there is none.
 
         Raises:
             ModelError: nothing in the library is near the task.
         """
-        found = nearest_plan(turn.task.name, read_library(self.folder))
+        if turn.attempt:
+            told = "the plan library has no other plan for this task; the plan stays as it is"
+            return Proposal(turn.previous, calls=0, failure=told)
+        found = nearest_plan(turn.task.name, read_library(*self.folders))
         if found is None:
             raise ModelError(
                 f'The plan library has nothing near "{turn.task.name}", and no model is '

@@ -1,123 +1,196 @@
 """A language model as planner, through litellm."""
 
-import os
-from collections.abc import Callable
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import astuple, dataclass, field
 from typing import Any, Protocol
 
+from adaptbot_cli.adapters.planner import provider
+from adaptbot_cli.adapters.planner.budget import ONE_ANSWER, Budget, Spent
+from adaptbot_cli.adapters.planner.failures import WITHOUT_MODEL, Called, Failure, failure, our_own
+from adaptbot_cli.adapters.planner.provider import Asking, Provider
+from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
+from adaptbot_cli.adapters.planner.streaming import Answer, read
+from adaptbot_cli.adapters.planner.text import plan_text
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 
-SECONDS = 120.0
-"""How long one answer may take."""
+Message = dict[str, str]
+TRIES = 4
+"""How often an answer is asked for at most."""
+
+FIRST_WAIT = 1.0
+"""Seconds before the second try; each further one waits twice as long, or what is asked for."""
 
 
 class Prompts(Protocol):
     """What the model is told."""
 
-    def messages(self, turn: Propose) -> list[dict[str, str]]:
-        """Return the chat messages that ask for a plan. Raises ModelError."""
+    def messages(self, turn: Propose) -> list[Message]:
+        """Return the chat that asks for a plan, or a better one. Raises ModelError, PackError."""
         ...
 
 
-@dataclass(frozen=True, slots=True)
+class Watcher(Protocol):
+    """Sees a model answer."""
+
+    def answering(self) -> AbstractContextManager[Callable[[str], None]]:
+        """Show that the model is asked; what is given takes the text as it comes."""
+        ...
+
+    def tell(self, sentence: str) -> None:
+        """Show what is worth knowing about the answer."""
+        ...
+
+
+class Unwatched:
+    """Shows nothing."""
+
+    @contextmanager
+    def answering(self) -> Iterator[Callable[[str], None]]:
+        """Take the text to nowhere."""
+        yield lambda text: None
+
+    def tell(self, sentence: str) -> None:
+        """Say nothing."""
+
+
+@dataclass(slots=True)
 class Model:
-    """Plans with any model that litellm can reach. `streamed` sees the text as it comes."""
+    """Plans with any model that litellm can reach, within a budget, and without its secrets."""
 
     name: str
     prompts: Prompts
-    streamed: Callable[[str], None] = lambda text: None
+    asking: Asking = field(default_factory=Asking)
+    budget: Budget = field(default_factory=Budget)
+    secrets: Secrets = field(default_factory=Secrets)
+    watcher: Watcher = field(default_factory=Unwatched)
+    first_wait: float = FIRST_WAIT
 
     def propose(self, turn: Propose) -> Proposal:
-        """Return the model's text.
+        """Return the model's text (docs/models.md).
 
         Raises:
-            ModelError: no key, no such model, no network, or a refusal; never with a key in it.
+            ModelError: no key, no such model, no network, a refusal, nothing left of the budget;
+                never with a secret in it, and with what was spent in vain.
         """
-        litellm = _litellm()
+        litellm = self._loaded()
         messages = self.prompts.messages(turn)
-        needed = litellm.validate_environment(self.name)["missing_keys"]
-        missing = [name for name in needed if "KEY" in name or "TOKEN" in name]
+        model, called = self._reached(litellm)
+        before = len(self.budget.answers)
+        self.budget.start()
+        try:
+            text = self._tried(model, called, messages)
+        except ModelError as error:
+            error.spent = astuple(self._spent(before))
+            raise
+        finally:
+            self.budget.stop()
+        return Proposal(text, *astuple(self._spent(before)))
+
+    def _spent(self, before: int) -> Spent:
+        return sum(self.budget.answers[before:], start=Spent())
+
+    def _tried(self, model: Provider, called: Called, messages: list[Message]) -> str:
+        """Ask until there is an answer, as often and long as it makes sense. Raises ModelError."""
+        for number in range(1, TRIES + 1):
+            room = self._room(model, messages)
+            try:
+                return self._answered(model, messages, room, last=number > 1)
+            except Exception as error:  # litellm raises each provider's own kinds of errors
+                own = our_own(error)
+                if own is not None:
+                    raise own from None
+                failed = failure(error, called, model.names)
+            if self.budget.seconds_left <= 0:
+                limit = f"a run gives it {self.budget.limits.seconds:g} s (--timeout)"
+                raise ModelError(called.sentence(f"{failed.why}; {limit}"))
+            if not failed.again or number == TRIES:
+                told = f"{failed.why}, {TRIES} times" if failed.again else failed.why
+                raise ModelError(called.sentence(told))
+            self._wait(called, failed, number)
+        raise AssertionError("the last try returns or raises")
+
+    def _loaded(self) -> Any:
+        """Return litellm, which takes seconds to load. Raises ModelError."""
+        with self.watcher.answering():
+            return provider.load()
+
+    def _reached(self, litellm: Any) -> tuple[Provider, Called]:
+        """Return the model, and how it is spoken of. Raises ModelError: it lacks its key."""
+        model = Provider(litellm, self.name, self.asking)
+        called = Called(self.name, self.asking.api_base, self.secrets)
+        missing = model.missing_keys()
         if missing:
             told = " and ".join(missing)
-            raise ModelError(f"The model {self.name} needs a key: set {told}. {_WITHOUT_MODEL}")
+            raise ModelError(f"The model {self.name} needs a key: set {told}. {WITHOUT_MODEL}")
+        return model, called
+
+    def _room(self, model: Provider, messages: list[Message]) -> int | None:
+        """Return how many tokens the answer may have, None for any. Raises ModelError."""
+        if not self.budget.limited:
+            return None
+        price = model.price() if self.budget.limits.cost_usd is not None else None
+        return self.budget.room(model.tokens(messages), price)
+
+    def _wait(self, called: Called, failed: Failure, number: int) -> None:
+        """Wait before the next try, and say so. Raises ModelError if that is too long."""
+        seconds = self.first_wait * 2 ** (number - 1) if failed.wait is None else failed.wait
+        left = self.budget.seconds_left
+        if seconds >= left:
+            asks = f"{failed.why}; it would have to be waited {seconds:.0f} s for"
+            raise ModelError(called.sentence(f"{asks}, and {left:.0f} s are left (--timeout)"))
+        self.watcher.tell(
+            f"{self.name}: {failed.why}; trying again in {seconds:g} s ({number + 1} of {TRIES})"
+        )
+        time.sleep(seconds)
+
+    def _answered(
+        self, model: Provider, messages: list[Message], room: int | None, last: bool
+    ) -> str:
+        """Ask once; return the answer's text. Raises Failure, or what litellm raises."""
+        answer, sieve = Answer(), Sieve(self.secrets)
+        seconds = min(ONE_ANSWER, self.budget.seconds_left)
         try:
-            return self._answer(litellm, messages)
-        except Exception as error:  # litellm raises each provider's own kinds of errors
-            raise _ours(error) or ModelError(_sentence(self.name, error)) from None
+            with self.watcher.answering() as show:
+                read(
+                    lambda: model.stream(messages, seconds, room),
+                    seconds,
+                    lambda piece: show(sieve.let(piece)),
+                    answer,
+                )
+                show(sieve.rest())
+        except Exception:
+            self._count(model, answer, messages)
+            raise
+        whole = self._count(model, answer, messages)
+        text = self.secrets.cut(plan_text(answer, whole))
+        self._judge(answer, text, last)
+        return text
 
-    def _answer(self, litellm: Any, messages: list[dict[str, str]]) -> Proposal:
-        parts = litellm.completion(
-            model=self.name,
-            messages=messages,
-            temperature=0,
-            seed=0,
-            stream=True,
-            timeout=SECONDS,
-            drop_params=True,
-            stream_options={"include_usage": True},
-        )
-        chunks = []
-        for chunk in parts:
-            chunks.append(chunk)
-            text = chunk.choices[0].delta.content if chunk.choices else None
-            if text:
-                self.streamed(text)
-        whole = litellm.stream_chunk_builder(chunks, messages=messages)
-        usage = getattr(whole, "usage", None)
-        return Proposal(
-            whole.choices[0].message.content or "",
-            1,
-            getattr(usage, "prompt_tokens", 0) or 0,
-            getattr(usage, "completion_tokens", 0) or 0,
-            _cost(litellm, whole),
-        )
+    def _count(self, model: Provider, answer: Answer, messages: list[Message]) -> Any:
+        """Count what an answer, whole or not, has cost; return it as litellm puts it together."""
+        if not answer.chunks:
+            return None
+        whole, spent = model.whole(answer.chunks, messages)
+        self.budget.answers.append(spent)
+        return whole
 
+    def _judge(self, answer: Answer, text: str, last: bool) -> None:
+        """Raise Failure for an answer that is none; say what is odd about one that is."""
+        if answer.ended == "content_filter":
+            raise Failure("the provider refused the content")
+        if answer.ended == "length" and not text:
+            raise Failure("its answer came to its length limit before it wrote any plan")
+        if not text:
+            raise Failure(f"its answer was empty{self._wrong_address()}", again=True)
+        if answer.ended is None and not last:
+            raise Failure("its answer broke off", again=True)
+        if answer.ended == "length":
+            self.watcher.tell("the answer was cut off at its length limit")
+        elif answer.ended is None:
+            self.watcher.tell("the answer ended without saying that it was whole")
 
-def _litellm() -> Any:
-    """Import litellm with its bundled price list, so that the import needs no network."""
-    os.environ.setdefault("LITELLM_LOCAL_MODEL_COST_MAP", "True")
-    import litellm
-
-    litellm.suppress_debug_info = True
-    litellm.telemetry = False
-    return litellm
-
-
-def _cost(litellm: Any, answer: Any) -> float | None:
-    try:
-        return float(litellm.completion_cost(answer))
-    except Exception:  # a model without a known price
-        return None
-
-
-def _ours(error: BaseException | None) -> ModelError | None:
-    """The model on board's own sentence, which litellm wraps in an error of its own."""
-    while error is not None and not isinstance(error, ModelError):
-        error = error.__cause__ or error.__context__
-    return error
-
-
-_WITHOUT_MODEL = "`--model library` plans without a model."
-
-_CAUSES = {
-    "AuthenticationError": "the provider refused the key, or none is set; set the provider's "
-    "variable, such as OPENAI_API_KEY",
-    "NotFoundError": "the provider knows no model of this name",
-    "BadRequestError": "no provider takes it; a model is named with its provider, such as "
-    "ollama/llama3.2, anthropic/claude-3-5-haiku-latest or gpt-4o",
-    "RateLimitError": "the provider is limiting requests; try again later",
-    "Timeout": f"it did not answer within {SECONDS:.0f} seconds",
-    "APIConnectionError": "it cannot be reached; check the network, or that its server runs",
-    "ContextWindowExceededError": "the prompt is too long for it",
-    "ContentPolicyViolationError": "the provider refused the content",
-    "InternalServerError": "the provider failed; try again later",
-    "ServiceUnavailableError": "the provider is not available; try again later",
-}
-
-
-def _sentence(model: str, error: Exception) -> str:
-    """Say what went wrong without repeating the provider's text, which may echo a key."""
-    kind = type(error).__name__
-    cause = _CAUSES.get(kind, f"the call failed ({kind})")
-    return f"The model {model} gave no plan: {cause}. {_WITHOUT_MODEL}"
+    def _wrong_address(self) -> str:
+        return "; is the API base right? it mostly ends in /v1" if self.asking.api_base else ""

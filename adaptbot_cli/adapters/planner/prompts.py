@@ -1,18 +1,24 @@
 """Renders the prompts: files under prompts/, rendered strictly, naming only what a task needs."""
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
 
-from adaptbot_cli.adapters.planner.library import nearest_plan, read_library
+from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import words
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.turns import Propose
 
 MOST_NAMES = 12
 """How many things of one kind a prompt names at most, so that it does not grow with the graph."""
+
+MOST_ITEMS = 4
+"""Of how many ingredients the example is made at most: it shows the form."""
 
 _NAMES_NEAR = frozenset({"E101", "E103", "E201", "E202"})
 """Findings whose candidates are names that a plan may use."""
@@ -20,13 +26,20 @@ _NAMES_NEAR = frozenset({"E101", "E103", "E201", "E202"})
 
 @dataclass(frozen=True, slots=True)
 class Prompts:
-    """The prompts of a domain. `folder` holds plan.j2, replan.j2 and the plan library."""
+    """The prompts of a domain. `folder` holds plan.j2 and replan.j2, `library` names the example
+    plans' folders, if they are not below it.
+    """
 
     folder: Path
     kg: Kg
+    library: tuple[Path, ...] = ()
 
     def messages(self, turn: Propose) -> list[dict[str, str]]:
-        """Return the chat messages that ask for a plan, or for a better one."""
+        """Return the chat messages that ask for a plan, or for a better one.
+
+        A model keeps nothing between two requests, and everything is paid for in each. To mend a
+        plan it needs the actions and names, but its own plan shows the form and is the example.
+        """
         messages = [{"role": "user", "content": self._first(turn)}]
         if turn.attempt:
             messages.append({"role": "assistant", "content": turn.previous})
@@ -38,9 +51,9 @@ class Prompts:
         return self._render(
             "plan.j2",
             purpose=domain.purpose,
-            actions=[_signature(action) for action in domain.actions.values()],
+            actions=_signatures(domain.actions.values(), explained=not turn.attempt),
             things=[(k.label, self._names(k)) for k in domain.teachable if k.prompted],
-            example=self._example(turn),
+            example=None if turn.attempt else self._example(turn),
             task=turn.task.name,
             required=turn.task.required,
         )
@@ -51,6 +64,11 @@ class Prompts:
         return self._render(
             "replan.j2", findings=list(dict.fromkeys(findings)), required=turn.task.required
         )
+
+    def plans(self) -> list[LibraryPlan]:
+        """Read the plans that examples are taken from. Raises PackError."""
+        bundled = self.folder / "library" / self.kg.domain.name
+        return read_library(*(self.library or (bundled,)))
 
     def _render(self, name: str, **values: object) -> str:
         loader = jinja2.FileSystemLoader(self.folder)
@@ -69,22 +87,46 @@ class Prompts:
 
     def _example(self, turn: Propose) -> dict[str, str] | None:
         """The nearest plan of the library, for its form."""
-        library = read_library(self.folder / "library" / self.kg.domain.name)
+        library = self.plans()
         found = nearest_plan(turn.task.name, library)
         plan = found[0] if found else min(library, key=lambda p: len(p.body), default=None)
         if plan is None:
             return None
-        items = plan.ingredients
-        return {"task": plan.names[0], "plan": plan.render(plan.names[0], items).strip()}
+        items = list(dict.fromkeys((*(plan.base or ()), *plan.ingredients)))[:MOST_ITEMS]
+        text = _REMARK.sub("", plan.render(plan.names[0], items))
+        return {"task": plan.names[0], "plan": text.strip()}
+
+
+_REMARK = re.compile(r"[ \t]+#[^\n\"']*$", re.MULTILINE)
+"""A remark behind a call: it is for the authors of the library."""
+
+
+def _signatures(actions: Iterable[Action], explained: bool) -> list[str]:
+    """One line for each action, or for those of a family that do the same to different things."""
+    families: dict[tuple[str, str], list[Action]] = {}
+    for action in actions:
+        verb = action.explain.partition(" ")[0]
+        families.setdefault((action.family or action.name, verb), []).append(action)
+    lines = []
+    for members in families.values():
+        line = ", ".join(map(_signature, members))
+        lines.append(f"{line}: {members[0].explain}" if explained and _needed(members[0]) else line)
+    return lines
+
+
+def _needed(action: Action) -> bool:
+    """Whether an explanation tells more than the name, with which those begin that do not."""
+    return action.explain.partition(" ")[0] != words(action.name)[0]
 
 
 def _signature(action: Action) -> str:
     parameters = [p.name + ("?" if p.optional or p.default else "") for p in action.visible]
-    return f"{action.name}({', '.join(parameters)}): {action.explain}"
+    return f"{action.name}({', '.join(parameters)})"
 
 
 def _told(finding: Finding) -> str:
     where = f"line {finding.line}: " if finding.line else ""
     near = [name for name in finding.candidates if name not in finding.message]
     known = f" (known: {', '.join(near)})" if near and finding.code in _NAMES_NEAR else ""
-    return f"{where}{finding.message}{known}"
+    remedy = f"; {finding.remedy} would mend that" if finding.remedy else ""
+    return f"{where}{finding.message}{known}{remedy}"

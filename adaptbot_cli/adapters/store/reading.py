@@ -1,20 +1,26 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 import pyoxigraph
-from rdflib import RDF, RDFS, Graph
+from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.faults import faults, unknown_needs
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.pack import Sources, read_domain
-from adaptbot_cli.core.terms import AB, Triple, node_of
+from adaptbot_cli.core.pack import Sources, examine_domain, read_domain
+from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, node_of
 from adaptbot_cli.errors import KnowledgeError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
-FACT_FILES = ("attributes.ttl", "state.ttl")
+FACT_FILES = {"attributes.ttl": ATTRIBUTES, "state.ttl": STATES}
+"""The files of the facts, and the named graph that each is read into."""
+
+_TURTLE = pyoxigraph.RdfFormat.TURTLE
 
 
 def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | None = None) -> Kg:
@@ -27,15 +33,93 @@ def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | 
         KnowledgeError: a file is missing or is no valid Turtle; the message names file and line.
         PackError: an entry of the domain does not make sense.
     """
+    domain = load_domain(files, where)
+    if instead is not None:
+        return Kg.load(domain, *split(instead, domain))
+    store = pyoxigraph.Store()
+    for name, graph in FACT_FILES.items():
+        _fill(store, files[name], f"{where}/{name}", graph)
+    return Kg.over(domain, store)
+
+
+def load_domain(files: Mapping[str, bytes], where: str) -> Domain:
+    """Read a domain from the bytes of a pack's files. Raises as `load_kg` does."""
     for name in (*DOMAIN_FILES, *FACT_FILES):
         if name not in files:
             raise KnowledgeError(f"{where} lacks {name}; a domain has five .ttl files")
-    graphs = {name: parse(files[name], f"{where}/{name}") for name in DOMAIN_FILES}
-    domain = read_domain(Sources(graphs["domain.ttl"], graphs["actions.ttl"], graphs["tasks.ttl"]))
-    if instead is not None:
-        return Kg.load(domain, *split(instead, domain))
-    facts = [triples(files[name], f"{where}/{name}") for name in FACT_FILES]
-    return Kg.load(domain, facts[0], facts[1])
+    return _domain(where, *(files[name] for name in DOMAIN_FILES))
+
+
+@lru_cache(maxsize=8)
+def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
+    """Read a domain; a process that reads the same files again, as each commit does, need not."""
+    given = zip(DOMAIN_FILES, (domain, actions, tasks), strict=True)
+    return read_domain(Sources(*(parse(data, f"{where}/{name}") for name, data in given)))
+
+
+def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
+    """Let the engine read a Turtle file into a named graph. Raises KnowledgeError."""
+    with _told(path):
+        if b"<<" in data:
+            # Only a reading in Python finds triples in triples, which rdflib cannot hold.
+            triples(data, path)
+        store.bulk_load(data, _TURTLE, to_graph=pyoxigraph.NamedNode(graph))
+
+
+def paths_of(domain: str) -> list[str]:
+    """Return the files of a domain as they are named in a workspace."""
+    return [f"kg/{domain}/{name}" for name in (*DOMAIN_FILES, *FACT_FILES)]
+
+
+def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str]]:
+    """Look at a pack as `load_kg` reads it, and tell every fault rather than the first.
+
+    The graph is None if the files hold none; with faults it is good for further checks only.
+    """
+    graphs: dict[str, Graph] = {}
+    found: list[str] = []
+    for name in (*DOMAIN_FILES, *FACT_FILES):
+        try:
+            graphs[name] = _readable(files, name)
+        except KnowledgeError as error:
+            found.append(str(error))
+    if "domain.ttl" not in graphs:
+        return None, found
+    parts = [graphs.get(name, Graph()) for name in DOMAIN_FILES]
+    domain, notes = examine_domain(Sources(*parts))
+    found += notes.sentences
+    if len(graphs) < len(DOMAIN_FILES) + len(FACT_FILES):
+        return None, found
+    kg = Kg.load(domain, graphs["attributes.ttl"], graphs["state.ttl"])
+    found += _misplaced(graphs, domain)
+    return kg, [*found, *map(str, faults(kg)), *unknown_needs(kg)]
+
+
+def _readable(files: Mapping[str, bytes], name: str) -> Graph:
+    if name not in files:
+        raise KnowledgeError(f"{name}: is missing; write it, a domain has five .ttl files")
+    try:
+        files[name].decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = files[name].count(b"\n", 0, error.start) + 1
+        told = f"{name}, line {line}: is no UTF-8 text; save the file as UTF-8"
+        raise KnowledgeError(told) from error
+    try:
+        return parse(files[name], name)
+    except KnowledgeError as error:
+        raise KnowledgeError(f"{error}; correct it there or just before") from error
+
+
+def _misplaced(graphs: Mapping[str, Graph], domain: Domain) -> Iterator[str]:
+    """Facts that stand in the file of the other graph."""
+    other = {"attribute": "attributes.ttl", "state": "state.ttl"}
+    for file in FACT_FILES:
+        for subject, predicate, _ in sorted(graphs[file]):
+            prop = domain.properties.get(predicate)  # type: ignore[call-overload]
+            home = "attributes.ttl" if prop is None else other.get(prop.graph, file)
+            if home != file and (prop is not None or predicate == RDF.type):
+                told = f"{local(predicate)} does not belong here"
+                yield f"{file}, entry {local(subject)}: {told}; move it to {home}"
 
 
 def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[Triple]]:
@@ -94,13 +178,27 @@ def triples(data: bytes, path: str) -> list[Triple]:
     return _all(_parser(data), path)
 
 
+def readable(data: bytes, path: str) -> None:
+    """Make sure that a Turtle file can be read. Raises KnowledgeError."""
+    with _told(path):
+        for _ in pyoxigraph.parse(data, format=_TURTLE):
+            pass
+
+
 def _parser(data: bytes) -> "pyoxigraph.QuadParser":
-    return pyoxigraph.parse(io.BytesIO(data), format=pyoxigraph.RdfFormat.TURTLE)
+    return pyoxigraph.parse(io.BytesIO(data), format=_TURTLE)
 
 
 def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:
-    try:
+    with _told(path):
         return [(node_of(q.subject), node_of(q.predicate), node_of(q.object)) for q in parser]
+
+
+@contextmanager
+def _told(path: str) -> Iterator[None]:
+    """Turn what the engine says of a file into a sentence that names file and line."""
+    try:
+        yield
     except SyntaxError as error:
         line = f", line {error.lineno}" if error.lineno else ""
         raise KnowledgeError(f"{path}{line}: this is no valid Turtle: {error.msg}") from error

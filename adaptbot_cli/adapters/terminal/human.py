@@ -1,35 +1,60 @@
 """The human port: a person who answers at the terminal, or nobody."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from adaptbot_cli.adapters.terminal.words import shown, title
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.editing import Edit as PlanEdit
+from adaptbot_cli.core.learning import Lesson, number_trouble
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.questions import (
     ABSENT,
+    EDIT,
     EXISTS,
+    FIXED,
     LATER,
+    NEW,
     NO,
+    OLD,
+    STOP,
     UNKNOWN,
     YES,
     Answer,
     Choice,
+    Key,
     Question,
+    Reviewed,
+    back,
 )
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.turns import Amend
 
 if TYPE_CHECKING:
+    from adaptbot_cli.adapters.terminal.form import Form
     from adaptbot_cli.adapters.terminal.prompts import Prompts
 
 _SAME, _WHICH = "is", 'Which one is "{}"?'
-_KEYS = {YES: "y", NO: "n", UNKNOWN: "d", EXISTS: "y", ABSENT: "n", _SAME: "a", LATER.value: "l"}
+_KEYS = {
+    YES: "y",
+    NO: "n",
+    UNKNOWN: "d",
+    EXISTS: "y",
+    ABSENT: "n",
+    _SAME: "a",
+    LATER.value: "l",
+    NEW: "n",
+    OLD: "o",
+    EDIT: "e",
+    FIXED: "f",
+    "takes": "t",
+    "requires": "r",
+    "changes": "c",
+}
 _MOST_BY_KEY = 9
+_BACK = Choice("back", "back")
 
 
 class AbsentHuman:
@@ -48,65 +73,215 @@ class AbsentHuman:
 class TerminalHuman:
     """The person at the terminal that `console` writes to; the keyboard is the terminal's as well.
 
-    Answers bear `by` and the time `now` says. Ctrl-C at any prompt raises KeyboardInterrupt.
+    Answers bear `by` and the time `now` says. Ctrl-C at a question asks whether to keep what was
+    answered; where nothing was, and at any other prompt, it raises KeyboardInterrupt. A form
+    answers several questions at once: `told` are the answers to those that are still to come. With
+    `edits` a plan is offered for editing before it is executed, whatever is open.
     """
 
     console: Console
     by: str
     now: Callable[[], str]
+    told: dict[Key, str] = field(default_factory=dict)
+    filled: set[str] = field(default_factory=set)
+    edits: bool = False
 
     def ask(self, question: Question) -> Answer:
         """Ask one question; `LATER` itself is returned for "ask me later"."""
-        self._above(question)
-        said = self._said(question)
-        self._answered(question.text, said.label)
-        return LATER if said.value == LATER.value else Answer(said.value, self.by, self.now())
+        if question.key in self.told:
+            return self._answer(question, _choice_of(question, self.told.pop(question.key)))
+        try:
+            said = self._said(question)
+        except KeyboardInterrupt:
+            return self._stopped(question)
+        return self._answer(question, said)
 
-    def review(self, lessons: tuple[Lesson, ...]) -> bool:
-        """Show what was learned, fact by fact, and ask whether to keep it."""
+    def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
+        """Let the person tell what nothing needs, unless a form has asked for it already."""
+        about = questions[0].about
+        if about not in self.filled:
+            try:
+                said = self._fill((), questions)
+            except KeyboardInterrupt:
+                return (self._stopped(questions[0]),)
+            if said is None:
+                return (self._back(questions[0]),)
+        self.filled.discard(about)
+        told = [(question, self.told.pop(question.key, "")) for question in questions]
+        return tuple(
+            self._answer(question, _choice_of(question, value)) if value else LATER
+            for question, value in told
+        )
+
+    def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
+        """Show everything learned, and ask whether to keep it, which part, or what to correct."""
         if not lessons:
             return True
-        self.console.print(_lesson_table(lessons))
-        kept = self._prompts().yes("Keep this?")
-        self._answered("Keep this?", "yes" if kept else "no")
-        return kept
+        from adaptbot_cli.adapters.terminal.canvas import Canvas
+        from adaptbot_cli.adapters.terminal.review import TITLE, Review
+
+        said = Review(lessons).ask(Canvas(self.console))
+        if isinstance(said, Reviewed):
+            out = len(said.left_out)
+            told = "a correction" if said.back else f"all but {out}"
+            self._tell(TITLE, told)
+            return said
+        for lesson in lessons if said else ():
+            self.console.print(Text.assemble(("✓ ", "green"), shown(lesson.sentence)))
+        self._tell(TITLE, "yes" if said else "no")
+        return said
+
+    def amend(self, turn: Amend) -> PlanEdit | None:
+        """Ask for a change of the plan: one key, then what it takes."""
+        if turn.why == "ready" and not self.edits:
+            return None
+        from adaptbot_cli.adapters.terminal.editing import ask_for_edit
+
+        edit, said = ask_for_edit(turn, self.console)
+        self._tell("Change the plan?", said)
+        return edit and replace(edit, by=self.by, at=self.now())
 
     def _prompts(self) -> "Prompts":
         from adaptbot_cli.adapters.terminal.prompts import Prompts
 
         return Prompts(self.console)
 
+    def _answer(self, question: Question, said: Choice) -> Answer:
+        if said.value == _BACK.value:
+            return self._back(question)
+        self._tell(question.text, said.label)
+        return LATER if said.value == LATER.value else Answer(said.value, self.by, self.now())
+
+    def _back(self, question: Question) -> Answer:
+        """Go to the question before this one."""
+        before = question.answered[-1][0]
+        self.told.clear()
+        self.filled.clear()
+        self._tell(question.text, f"back to: {before.text}")
+        return back(before.key)
+
+    def _stopped(self, question: Question) -> Answer:
+        """After Ctrl-C: keep what was answered, or leave it for later. Ctrl-C again gives up."""
+        told = [a for _, a in question.answered if a.value not in (LATER.value, UNKNOWN)]
+        if not told or not self._prompts().yes("Keep what you have told so far?"):
+            raise KeyboardInterrupt
+        self._tell("Keep what you have told so far?", "yes")
+        return STOP
+
     def _above(self, question: Question) -> None:
         """What the person needs to know for the answer: the step, and the names like this one."""
         if question.context:
-            self.console.print(shown(f"step: {question.context}", "dim"))
+            lead = "" if question.kind == "contradiction" else "step: "
+            self.console.print(shown(f"{lead}{question.context}", "dim"))
+        for note in question.notes:
+            self.console.print(shown(note))
         if question.near:
             self.console.print(shown(f"near it: {sentence_list(question.near)}", "dim"))
 
-    def _answered(self, text: str, label: str) -> None:
+    def _tell(self, text: str, label: str) -> None:
         line = Text.assemble(("? ", "cyan"), shown(text), "  ", shown(label, "cyan"))
         self.console.print(line)
 
     def _said(self, question: Question) -> Choice:
         """What was said, as the value to keep and the words to show."""
-        if not question.choices:
-            value = self._prompts().line(question.text)
-            return Choice(value or UNKNOWN, value or "I don't know")
+        from adaptbot_cli.adapters.terminal.form import answered_by_form
+
+        if answered_by_form(question):
+            said = self._fill((question, *question.together), question.offered)
+            if said is None:
+                return _BACK
+            return _choice_of(question, self.told.pop(question.key))
+        self._above(question)
+        if question.kind == "value" or not question.choices:
+            return self._line(question)
+        if question.kind == "place" or len(question.choices) > _MOST_BY_KEY:
+            return self._place(question, back="back" if question.answered else "") or _BACK
+        return self._few(question)
+
+    def _few(self, question: Question) -> Choice:
         choices = [c for c in question.choices if c.value != _SAME or question.known]
+        likely = question.suggested.value if question.suggested else ""
+        choices = [_with_reason(choice, question) for choice in choices]
         while True:
-            said = self._choose(question.text, choices)
+            said = self._prompts().by_key(
+                question.text, choices, _keys(choices), likely, bool(question.answered)
+            )
             if said.value != _SAME:
                 return said
-            which = _WHICH.format(title(question.about))
-            known = [Choice(name, name) for name in question.known]
-            name = self._prompts().by_typing(which, known, back=True)
+            which = Question("place", question.about, _WHICH.format(title(question.about)))
+            known = tuple(Choice(name, name) for name in question.known)
+            name = self._pick(which, known, back="back")
             if name is not None:
-                return Choice(f"{_SAME} {name.value}", f"it is {name.label}")
+                return Choice(f"{_SAME} {name.value}", f"it is {title(name.label)}")
 
-    def _choose(self, text: str, choices: Sequence[Choice]) -> Choice:
-        if len(choices) <= _MOST_BY_KEY:
-            return self._prompts().by_key(text, choices, _keys(choices))
-        return self._prompts().by_typing(text, choices, back=False) or Choice(UNKNOWN, UNKNOWN)
+    def _fill(self, needed: Sequence[Question], offered: Sequence[Question]) -> bool | None:
+        """Have a form filled in; None if the person goes back."""
+        from adaptbot_cli.adapters.terminal.canvas import Canvas
+        from adaptbot_cli.adapters.terminal.form import BACK, Edit, Form
+
+        form = Form.of(needed, offered)
+        while True:
+            said = form.ask(Canvas(self.console))
+            if isinstance(said, Edit):
+                self._edit(form, said.row, said.typed)
+            elif said == BACK:
+                return None
+            else:
+                self.told.update(form.answers(bool(said)))
+                if offered:
+                    self.filled.add(form.rows[0].question.about)
+                return True
+
+    def _edit(self, form: "Form", row: int, typed: str) -> None:
+        question = form.rows[row].question
+        if question.kind == "value":
+            value = self._line(question, typed).value
+        else:
+            picked = self._place(question, back="back", typed=typed)
+            value = picked.value if picked is not None else ""
+        if value:
+            form.fill(row, value)
+
+    def _place(self, question: Question, back: str, typed: str = "") -> Choice | None:
+        new = "a new place" if question.kind == "place" else ""
+        picked = self._pick(question, question.choices, back, new, typed)
+        return picked and _choice_of(question, picked.value)
+
+    def _pick(
+        self,
+        question: Question,
+        choices: Sequence[Choice],
+        back: str,
+        new: str = "",
+        typed: str = "",
+    ) -> Choice | None:
+        from adaptbot_cli.adapters.terminal.canvas import Canvas
+        from adaptbot_cli.adapters.terminal.picker import Picker
+
+        taken = frozenset(question.known)
+        return Picker(question.text, choices, new, taken, back, typed).ask(Canvas(self.console))
+
+    def _line(self, question: Question, typed: str = "") -> Choice:
+        def check(value: str) -> str:
+            return number_trouble(question.number, value)
+
+        value = self._prompts().line(question.text, typed, check)
+        return Choice(value or UNKNOWN, value or "I don't know")
+
+
+def _choice_of(question: Question, value: str) -> Choice:
+    """The choice that a value stands for, with the words to show."""
+    labels = {choice.value: title(choice.label) for choice in question.choices}
+    if value.startswith("new "):
+        return Choice(value, f"{title(value.removeprefix('new '))} (new)")
+    return Choice(value, labels.get(value, "I don't know" if value == UNKNOWN else title(value)))
+
+
+def _with_reason(choice: Choice, question: Question) -> Choice:
+    """A choice that is likely says why, as a suggestion."""
+    if question.suggested is None or choice.value != question.suggested.value:
+        return choice
+    return Choice(choice.value, choice.label, f"suggested, {question.suggested.reason}")
 
 
 def _keys(choices: Sequence[Choice]) -> list[str]:
@@ -115,25 +290,3 @@ def _keys(choices: Sequence[Choice]) -> list[str]:
     if all(keys) and len(set(keys)) == len(keys):
         return keys
     return [str(n) for n in range(1, len(choices) + 1)]
-
-
-def _lesson_table(lessons: Sequence[Lesson]) -> Table:
-    """Every lesson with the facts that would be kept, in the graph's own words."""
-    table = Table.grid(padding=(0, 2, 0, 0), pad_edge=False)
-    table.add_column(width=1)
-    table.add_column(overflow="fold")
-    for lesson in lessons:
-        table.add_row(Text("✓", "green"), shown(lesson.sentence, "bold"))
-        for sign, style, fact in _facts(lesson):
-            table.add_row("", Text.assemble((sign, style), " ", shown(fact, "dim")))
-    return table
-
-
-def _facts(lesson: Lesson) -> list[tuple[str, str, str]]:
-    """The facts of a lesson with their signs; a new action as one, whatever describes it."""
-    if lesson.action is not None:
-        takes = ", ".join(parameter.name for parameter in lesson.action.parameters)
-        return [("+", "green", f"action {lesson.action.name}({takes})")]
-    removed = sorted(" ".join(map(local, triple)) for triple in lesson.delta.removed)
-    added = sorted(" ".join(map(local, triple)) for triple in lesson.delta.added)
-    return [*(("−", "red", fact) for fact in removed), *(("+", "green", fact) for fact in added)]

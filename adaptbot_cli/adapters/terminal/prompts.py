@@ -1,40 +1,24 @@
-"""Prompts in a terminal: one key for one of a few, typing for one of many, a line, yes or no.
+"""Prompts in a terminal: one key for one of a few, a line, yes or no.
 
 None leaves anything on the screen: who asks says in a line what was answered. Ctrl-C raises
 KeyboardInterrupt; questionary's own `ask` would turn it into None.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TextIO, cast
+from typing import Any, cast
 
 import questionary
-from prompt_toolkit.filters import Always, Condition
-from prompt_toolkit.input.defaults import create_input
+from prompt_toolkit.completion import Completer
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent, merge_key_bindings
 from prompt_toolkit.keys import Keys
-from prompt_toolkit.layout.dimension import Dimension
-from prompt_toolkit.output import ColorDepth
-from prompt_toolkit.output.defaults import create_output
-from questionary.prompts.common import InquirerControl
 from rich.console import Console
 
+from adaptbot_cli.adapters.terminal.canvas import STYLE, Canvas, Line, heading, terminal
 from adaptbot_cli.adapters.terminal.words import plain, title
 from adaptbot_cli.core.questions import Choice
 
-_ROWS = 12
-_STYLE = questionary.Style(
-    [
-        ("qmark", "fg:ansicyan"),
-        ("question", "bold"),
-        ("answer", "fg:ansicyan"),
-        ("pointer", "fg:ansicyan bold"),
-        ("highlighted", "bold"),
-        ("instruction", "italic"),
-        ("search_success", "noinherit fg:ansigreen"),
-        ("search_none", "noinherit fg:ansired"),
-    ]
-)
+BACK = Choice("back", "back")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,49 +27,89 @@ class Prompts:
 
     console: Console
 
-    def by_key(self, text: str, choices: Sequence[Choice], keys: Sequence[str]) -> Choice:
-        """Ask for one of a few: the key of a choice is the answer."""
-        keyed = zip(choices, keys, strict=True)
-        prompt = questionary.select(
-            plain(text),
-            [questionary.Choice(title(c.label), c, shortcut_key=key) for c, key in keyed],
-            use_shortcuts=True,
-            use_jk_keys=False,
-            instruction="(one key)",
-            **self._terminal(),
-        )
-        _answer_by_key(prompt, keys)
-        return cast(Choice, _ask(prompt))
+    def by_key(
+        self,
+        text: str,
+        choices: Sequence[Choice],
+        keys: Sequence[str],
+        likely: str = "",
+        back: bool = False,
+    ) -> Choice:
+        """Ask for one of a few: the key of a choice is the answer, Enter takes the marked one.
 
-    def by_typing(self, text: str, choices: Sequence[Choice], back: bool) -> Choice | None:
-        """Ask for one of many, narrowed by typing; None if the person goes back, where one can."""
-        prompt = questionary.select(
-            plain(text),
-            [questionary.Choice(title(choice.label), choice) for choice in choices],
-            use_search_filter=True,
-            use_jk_keys=False,
-            instruction=f"(type to filter {len(choices)}{', Esc: back' if back else ''})",
-            **self._terminal(),
-        )
-        _narrow_by_typing(prompt, back)
-        return cast("Choice | None", _ask(prompt))
+        `likely` is the value marked at first; with `back`, b gives `BACK`.
+        """
+        values = [choice.value for choice in choices]
+        at = [values.index(likely) if likely in values else 0]
+        hint = "one key, b: back" if back else "one key"
 
-    def line(self, text: str) -> str:
-        """Ask for a line of text."""
-        return str(_ask(questionary.text(plain(text), **self._terminal()))).strip()
+        def draw() -> list[Line]:
+            lines = heading(plain(text), hint, self.console.width)
+            for n, (choice, key) in enumerate(zip(choices, keys, strict=True)):
+                here = n == at[0]
+                mark = ("pointer", " » ") if here else ("", "   ")
+                style = "highlighted" if here else ""
+                then = f"  {plain(choice.then)}" if choice.then else ""
+                lines.append([mark, (style, f"{key}) {title(choice.label)}"), ("then", then)])
+            return lines
+
+        bindings = KeyBindings()
+
+        @bindings.add("up")
+        def up(event: KeyPressEvent) -> None:
+            at[0] = (at[0] - 1) % len(choices)
+
+        @bindings.add("down")
+        def down(event: KeyPressEvent) -> None:
+            at[0] = (at[0] + 1) % len(choices)
+
+        @bindings.add("enter")
+        def take(event: KeyPressEvent) -> None:
+            event.app.exit(result=choices[at[0]])
+
+        for key, choice in (*zip(keys, choices, strict=True), *([("b", BACK)] if back else [])):
+            bindings.add(key)(_giving(choice))
+        if back:
+            bindings.add("escape", eager=True)(_giving(BACK))
+        return cast(Choice, Canvas(self.console).run(draw, bindings))
+
+    def line(
+        self,
+        text: str,
+        typed: str = "",
+        check: Callable[[str], str] | None = None,
+        completer: Completer | None = None,
+    ) -> str:
+        """Ask for a line of text; `check` says what is wrong with it, "" if nothing is.
+
+        What does not pass stays to be mended.
+        """
+
+        def valid(value: str) -> bool | str:
+            return (check(value) if check is not None else "") or True
+
+        prompt = questionary.text(
+            plain(text),
+            default=typed,
+            validate=valid,
+            completer=completer,
+            style=questionary.Style(list(STYLE.items())),
+            **terminal(self.console),
+        )
+        return str(_ask(prompt)).strip()
 
     def yes(self, text: str) -> bool:
         """Ask for yes or no; Enter is yes."""
-        return bool(_ask(questionary.confirm(plain(text), **self._terminal())))
+        style = questionary.Style(list(STYLE.items()))
+        prompt = questionary.confirm(plain(text), style=style, **terminal(self.console))
+        return bool(_ask(prompt))
 
-    def _terminal(self) -> dict[str, Any]:
-        """How prompts look, and where: stdout may hold a result that a program reads."""
-        return {
-            "style": _STYLE,
-            "output": create_output(stdout=cast(TextIO, self.console.file)),
-            "input": create_input(always_prefer_tty=True),
-            "color_depth": ColorDepth.DEPTH_1_BIT if self.console.no_color else None,
-        }
+
+def _giving(choice: Choice) -> Callable[[KeyPressEvent], None]:
+    def give(event: KeyPressEvent) -> None:
+        event.app.exit(result=choice)
+
+    return give
 
 
 def _ask(prompt: questionary.Question) -> Any:
@@ -102,69 +126,5 @@ def _stop_on_signal(prompt: questionary.Question) -> None:
     def stop(event: KeyPressEvent) -> None:
         event.app.exit(exception=KeyboardInterrupt, style="class:aborting")
 
-    _bind(prompt, bindings)
-
-
-def _control(prompt: questionary.Question) -> InquirerControl:
-    """The list of a select prompt, cut to a height that leaves what stands above in sight."""
-    for window in prompt.application.layout.find_all_windows():
-        if isinstance(window.content, InquirerControl):
-            window.height = Dimension(max=_ROWS)
-            window.dont_extend_height = Always()
-            return window.content
-    raise AssertionError("a select prompt has a list")
-
-
-def _bind(prompt: questionary.Question, keys: KeyBindings) -> None:
-    """Add keys to a prompt; they go before its own."""
     own = prompt.application.key_bindings
-    prompt.application.key_bindings = merge_key_bindings([own, keys] if own else [keys])
-
-
-def _answer_by_key(prompt: questionary.Question, keys: Sequence[str]) -> None:
-    """Let the key of a choice give the answer at once: questionary only moves the pointer to it."""
-    control, bindings = _control(prompt), KeyBindings()
-
-    def bind(index: int, key: str) -> None:
-        @bindings.add(key, eager=True)
-        def answer(event: KeyPressEvent) -> None:
-            event.app.exit(result=control.choices[index].value)
-
-    for index, key in enumerate(keys):
-        bind(index, key)
-    _bind(prompt, bindings)
-
-
-def _narrow_by_typing(prompt: questionary.Question, back: bool) -> None:
-    """Mend what is missing in questionary's filter.
-
-    It takes only ASCII, and shows everything where nothing matches, so that Enter would take the
-    first name of all.
-    """
-    control, bindings = _control(prompt), KeyBindings()
-
-    @Condition
-    def nothing_matches() -> bool:
-        wanted = (control.search_filter or "").lower()
-        return not any(wanted in str(choice.title).lower() for choice in control.choices)
-
-    def narrow(event: KeyPressEvent) -> None:
-        typed = event.data.replace("_", " ")  # names stand in the list in words
-        if typed.isprintable():
-            control.search_filter = (control.search_filter or "") + typed
-            control.pointed_at = 0
-
-    bindings.add(Keys.Any)(narrow)
-    bindings.add("_", eager=True)(narrow)
-
-    @bindings.add(Keys.ControlM, eager=True, filter=nothing_matches)
-    def stay(event: KeyPressEvent) -> None:
-        event.app.output.bell()
-
-    if back:
-
-        @bindings.add(Keys.Escape, eager=True)
-        def leave(event: KeyPressEvent) -> None:
-            event.app.exit(result=None)
-
-    _bind(prompt, bindings)
+    prompt.application.key_bindings = merge_key_bindings([own, bindings] if own else [bindings])

@@ -1,9 +1,9 @@
 """Reads actions.ttl: parameters, requirements, effects."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 
-from rdflib import RDFS, Graph, Literal, URIRef
+from rdflib import RDFS, XSD, Graph, Literal, URIRef
 
 from adaptbot_cli.core.domain import (
     Action,
@@ -12,114 +12,136 @@ from adaptbot_cli.core.domain import (
     Condition,
     Effect,
     Parameter,
+    Property,
 )
-from adaptbot_cli.core.pack.entry import (
-    Entry,
-    check_message,
-    entries,
-    order_of,
-    query_of,
-    refuse_dollars,
-    valid,
-)
+from adaptbot_cli.core.names import nearest
+from adaptbot_cli.core.pack.entry import Entry, check_message, entries, order_of
+from adaptbot_cli.core.pack.noting import NOTHING, Notes
+from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
+from adaptbot_cli.core.pack.vocabulary import check_terms
 from adaptbot_cli.core.sparql import mentions, prefixed, split_update, template, variables
 from adaptbot_cli.core.terms import AB, local
 
+_DATATYPES = (XSD.boolean, XSD.integer, XSD.decimal, XSD.double, XSD.string)
 
-def read_actions(graph: Graph, declared: Collection[URIRef]) -> dict[str, Action]:
-    """Read every action, by name. `declared` are the predicates that domain.ttl knows.
 
-    Raises:
-        PackError: an entry lacks something or does not make sense.
-    """
-    found = [entry for _, entry in entries(graph, "actions.ttl", AB.Action)]
+def read_actions(
+    graph: Graph, notes: Notes, properties: Mapping[URIRef, Property], declared: Collection[URIRef]
+) -> dict[str, Action]:
+    """Read every action, by name. `declared` are the predicates that domain.ttl knows."""
+    found = list(entries(graph, "actions.ttl", AB.Action, notes))
     actions: dict[str, Action] = {}
     for entry in sorted(found, key=order_of):
-        action = _action(entry, declared)
+        action = _action(entry)
+        _check_action(entry, action, properties, declared)
         if action.name in actions:
             other = local(actions[action.name].iri)
-            raise entry.fail(f'"{action.name}" is the rdfs:label of {other} too; change one')
-        actions[action.name] = action
+            entry.note(f'"{action.name}" is the rdfs:label of {other} too', "change one")
+        actions.setdefault(action.name, action)
+    _check_names(found, actions)
     return actions
 
 
-def _action(entry: Entry, known: Collection[URIRef]) -> Action:
-    parts = entry.listed(AB.parameters) or entry.parts(AB.parameter)
-    parameters = tuple(_parameter(part) for part in parts)
+def read_action(
+    graph: Graph, node: URIRef, properties: Mapping[URIRef, Property], declared: Collection[URIRef]
+) -> Action:
+    """Read one action, as `read_actions` does, alone. Raises PackError."""
+    notes = Notes()
+    check_terms(graph, "actions.ttl", notes)
+    entry = Entry.of(graph, "actions.ttl", node, notes)
+    action = _action(entry)
+    _check_action(entry, action, properties, declared)
+    notes.refuse()
+    return action
+
+
+def _action(entry: Entry) -> Action:
     requires = entry.parts(AB.requires)
-    action = Action(
+    needs = [part for part in requires if part.value(AB.attribute)]
+    return Action(
         iri=entry.node,
         name=entry.text(RDFS.label),
         explain=entry.text(AB.explain),
-        parameters=parameters,
-        attributes=tuple(_attribute(part) for part in requires if part.value(AB.attribute)),
-        conditions=tuple(_condition(part) for part in requires if not part.value(AB.attribute)),
+        parameters=tuple(_parameter(part) for part in _parameters(entry)),
+        attributes=tuple(need for part in needs for need in _attribute(part)),
+        conditions=tuple(_condition(part) for part in requires if part not in needs),
         advises=tuple(_condition(part) for part in entry.parts(AB.advises)),
         effect=_effect(entry),
         aliases=entry.texts(AB.alias),
-        called_as=tuple(_called_as(part) for part in entry.parts(AB.calledAs)),
+        called_as=tuple(c for part in entry.parts(AB.calledAs) for c in _called_as(part)),
         family=entry.text(AB.family, ""),
         verb=entry.text(AB.verb, "") or entry.text(RDFS.label).split("_")[0],
         fetches=entry.flag(AB.fetches),
         purpose=_purpose(entry),
     )
-    _check_action(entry, action, known)
-    return action
+
+
+def _parameters(entry: Entry) -> tuple[Entry, ...]:
+    return entry.listed(AB.parameters) or entry.parts(AB.parameter)
 
 
 def _parameter(entry: Entry) -> Parameter:
     name = entry.text(AB.name)
-    if not re.fullmatch(r"[a-z][a-z_0-9]*", name):
-        raise entry.fail(f'parameter "{name}": a name has small letters, digits and underscores')
+    if name and not re.fullmatch(r"[a-z][a-z_0-9]*", name):
+        problem = f'parameter "{name}": a name has small letters, digits and underscores'
+        entry.note(problem, f'write "{re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")}"')
     classes, datatype = entry.iris(AB["class"]), entry.maybe_iri(AB.datatype)
     if bool(classes) == bool(datatype):
-        raise entry.fail(f'parameter "{name}" needs either ab:class or ab:datatype')
+        problem = f'parameter "{name}" needs either ab:class or ab:datatype'
+        entry.note(problem, "write ab:class for a thing, ab:datatype for a value")
+    if datatype is not None and datatype not in _DATATYPES:
+        known = ", ".join(f"xsd:{local(iri)}" for iri in _DATATYPES)
+        problem = f'parameter "{name}": ab:datatype {local(datatype)} is nothing a plan can write'
+        entry.note(problem, f"write one of {known}")
     words = {word: Literal(True) for word in entry.texts(AB.trueWord)}
     words |= {word: Literal(False) for word in entry.texts(AB.falseWord)}
-    what = f'ab:default of parameter "{name}"'
-    default = query_of(entry, entry.text(AB.default, ""), what, "SELECT", name)
-    what = f'ab:instead of parameter "{name}"'
-    instead = query_of(entry, entry.text(AB.instead, ""), what, "SELECT", name)
     return Parameter(
         name=name,
         classes=classes,
         datatype=datatype,
         optional=entry.flag(AB.optional),
         hidden=entry.flag(AB.hidden),
-        default=default,
-        instead=instead,
+        default=_select(entry, AB.default, name),
+        instead=_select(entry, AB.instead, name),
         instead_means=entry.text(AB.insteadMeans, "stands for them"),
         words=words,
-        units=_units(entry),
-        of_product=query_of(entry, entry.text(AB.ofProduct, ""), "ab:ofProduct", "SELECT", name),
+        units=dict(_units(entry)),
+        of_product=_select(entry, AB.ofProduct, name),
     )
 
 
-def _units(entry: Entry) -> dict[str, float]:
+def _select(entry: Entry, predicate: URIRef, name: str) -> str:
+    what = f'ab:{local(predicate)} of parameter "{name}"'
+    return query_of(entry, entry.text(predicate, ""), what, "SELECT", name)
+
+
+def _units(entry: Entry) -> Iterator[tuple[str, float]]:
     """The words that a number may carry, written as "hours=60"."""
-    try:
-        return {word: float(by) for word, by in (u.split("=") for u in entry.texts(AB.unit))}
-    except ValueError:
-        raise entry.fail('ab:unit needs a word and a number, such as "hours=60"') from None
+    for unit in entry.texts(AB.unit):
+        word, _, by = unit.partition("=")
+        try:
+            yield word, float(by)
+        except ValueError:
+            problem = f'ab:unit "{unit}" needs a word and a number'
+            entry.note(problem, 'write it as in "hours=60"')
 
 
-def _attribute(entry: Entry) -> AttributeRequirement:
-    value = entry.value(AB.value)
+def _attribute(entry: Entry) -> Iterator[AttributeRequirement]:
+    of, value, message = entry.text(AB.of), entry.value(AB.value), entry.text(AB.message)
+    if entry.text(AB.ask, ""):
+        entry.note("an ab:requires has both ab:attribute and ab:ask", "make two of it")
     if value is None:
-        raise entry.fail("an ab:requires with ab:attribute needs ab:value")
-    return AttributeRequirement(
-        entry.text(AB.of),
-        entry.iri(AB.attribute),
-        value,
-        entry.text(AB.message),
-        entry.value(AB.ifUnknown) == AB.holds,
-    )
+        entry.note("an ab:requires with ab:attribute needs ab:value", "add it, such as true")
+        return
+    assume = entry.value(AB.ifUnknown) == AB.holds
+    yield AttributeRequirement(of, entry.iri(AB.attribute), value, message, assume)
 
 
 def _condition(entry: Entry) -> Condition:
-    query = query_of(entry, entry.text(AB.ask), "ab:ask", "ASK")
+    source = entry.text(AB.ask)
+    query = query_of(entry, source, "ab:ask", "ASK")
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
-    return Condition(query, entry.text(AB.message), mentions(query), about)
+    return Condition(query, entry.text(AB.message), mentions(query), about, source)
 
 
 def _purpose(entry: Entry) -> Condition | None:
@@ -127,30 +149,34 @@ def _purpose(entry: Entry) -> Condition | None:
     return _condition(parts[0]) if parts else None
 
 
-def _called_as(entry: Entry) -> CalledAs:
-    value = entry.value(AB.value)
+def _called_as(entry: Entry) -> Iterator[CalledAs]:
+    value, parameter = entry.value(AB.value), entry.text(AB.parameter)
     if value is None:
-        raise entry.fail("an ab:calledAs needs ab:value")
-    return CalledAs(entry.texts(AB.alias), entry.text(AB.parameter), value)
+        entry.note("an ab:calledAs needs ab:value", "add it, such as true")
+        return
+    yield CalledAs(entry.texts(AB.alias), parameter, value)
 
 
 def _effect(entry: Entry) -> Effect | None:
     text = entry.text(AB.effect, "")
-    if not text:
+    if not text or refused_dollars(entry, text, "ab:effect"):
         return None
-    refuse_dollars(entry, text, "ab:effect")
     prefixes = prefixed(entry.graph, text)
+    form = "write DELETE {…} INSERT {…} WHERE {…}"
     try:
         deletes, inserts, where = split_update(text)
     except ValueError as problem:
-        raise entry.fail(f"ab:effect {problem}") from None
+        entry.note(f"ab:effect {problem}", form)
+        return None
     names = " ".join(f"?{name}" for name in sorted(variables(text)))
     select = f"{prefixes}SELECT {names or '*'} WHERE {{ {where} }}"
-    valid(entry, select, "ab:effect")
+    if valid(entry, select, "ab:effect") is None:
+        return None
     try:
         templates = template(prefixes, deletes), template(prefixes, inserts)
     except ValueError as problem:
-        raise entry.fail(f"ab:effect is no valid SPARQL: {problem}") from None
+        entry.note(f"ab:effect is no valid SPARQL: {problem}", form)
+        return None
     changed = mentions(prefixes + deletes) | mentions(prefixes + inserts)
     return Effect(text.strip(), select, *templates, changed | _bound_predicates(prefixes, where))
 
@@ -161,24 +187,55 @@ def _bound_predicates(prefixes: str, where: str) -> frozenset[URIRef]:
     return mentions(prefixes + rows)
 
 
-def _check_action(entry: Entry, action: Action, known: Collection[URIRef]) -> None:
-    names = [parameter.name for parameter in action.parameters]
+def _check_action(
+    entry: Entry,
+    action: Action,
+    properties: Mapping[URIRef, Property],
+    declared: Collection[URIRef],
+) -> None:
+    names = [part.text(AB.name) for part in _parameters(entry)]
+    these = f"its parameters are {', '.join(names)}" if names else "it has no parameter"
+    for twice in sorted({name for name in names if name and names.count(name) > 1}):
+        entry.note(f'has two parameters named "{twice}"', "rename one")
     for need in action.attributes:
         if need.of not in names:
-            raise entry.fail(f'ab:of "{need.of}" is none of its parameters')
-        if need.prop not in known:
-            raise entry.fail(f"ab:attribute {local(need.prop)} is not declared in domain.ttl")
+            entry.note(f'ab:of "{need.of}" is none of its parameters', these)
+        if need.prop and need.prop not in declared:
+            told = f"ab:attribute {local(need.prop)} is not declared in domain.ttl"
+            entry.note(told, _declare(need.prop, declared))
+        elif need.prop in properties and properties[need.prop].graph == "state":
+            told = f"ab:attribute {local(need.prop)} is a state, which is never asked for"
+            entry.note(told, "write a condition with ab:ask instead")
     for called in action.called_as:
         if called.parameter not in names:
-            raise entry.fail(f'ab:parameter "{called.parameter}" is none of its parameters')
+            entry.note(f'ab:parameter "{called.parameter}" is none of its parameters', these)
     for predicate in _changed(action.effect):
-        if predicate not in known:
-            raise entry.fail(f"ab:effect: {local(predicate)} is not declared in domain.ttl")
+        if predicate not in declared:
+            told = f"ab:effect: {local(predicate)} is not declared in domain.ttl"
+            entry.note(told, _declare(predicate, declared))
     purposes = (action.purpose,) if action.purpose else ()
     for condition in (*action.conditions, *action.advises, *purposes):
         check_message(entry, condition.message, names)
     for need in action.attributes:
         check_message(entry, need.message, names)
+
+
+def _declare(iri: URIRef, declared: Collection[URIRef]) -> str:
+    near = nearest(local(iri), sorted(local(known) for known in declared), 1)
+    return f"the nearest there is {near[0]}" if near else "declare it there as an rdf:Property"
+
+
+def _check_names(found: Collection[Entry], actions: Mapping[str, Action]) -> None:
+    """Note every other name that means two actions."""
+    owners: dict[str, Action] = dict(actions)
+    files = {entry.node: entry for entry in found}
+    for action in actions.values():
+        called = (name for names in action.called_as for name in names.names)
+        for name in (*action.aliases, *called):
+            other = owners.setdefault(name, action)
+            if other is not action and action.iri != NOTHING:
+                told = f'its other name "{name}" means {other.name} too'
+                files[action.iri].note(told, "take it from one of them")
 
 
 def _changed(effect: Effect | None) -> list[URIRef]:

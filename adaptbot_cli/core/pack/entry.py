@@ -1,91 +1,101 @@
-"""One entry of a pack's file, with readers that say in a sentence what is wrong with it."""
+"""One entry of a pack's file, with readers that note in a sentence what is wrong with it."""
 
-import re
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from string import Formatter
 
-import pyoxigraph
 from rdflib import RDF, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
-from adaptbot_cli.core.sparql import bindable, dollars, prefixed
+from adaptbot_cli.core.pack.noting import NOTHING, Notes
 from adaptbot_cli.core.terms import AB, local
-from adaptbot_cli.errors import PackError
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One node of a pack's file, with readers that complain in sentences."""
+    """One node of a pack's file. Its readers note a fault in `notes` and give a stand-in."""
 
     graph: Graph
     file: str
     entry: str
     node: URIRef
+    notes: Notes
 
     @classmethod
-    def of(cls, graph: Graph, file: str, node: Node, entry: str = "") -> "Entry":
+    def of(cls, graph: Graph, file: str, node: Node, notes: Notes, entry: str = "") -> "Entry":
         """Return the entry at a node; `entry` is the name under which faults are told."""
-        return cls(graph, file, entry or local(node), node)  # type: ignore[arg-type]
+        return cls(graph, file, entry or local(node), node, notes)  # type: ignore[arg-type]
 
-    def fail(self, problem: str) -> PackError:
-        """Return the error that tells a problem of this entry."""
-        return PackError(f"{self.file}, entry {self.entry}: {problem}")
+    def note(self, problem: str, remedy: str) -> None:
+        """Note a fault of this entry, and what to do about it."""
+        self.notes.add(f"{self.file}, entry {self.entry}", problem, remedy)
 
     def value(self, predicate: URIRef) -> Node | None:
-        """Return the one value, if there is one. Raises PackError if there are several."""
+        """Return the one value, if there is one; of several the first."""
         values = sorted(self.graph.objects(self.node, predicate), key=str)
         if len(values) > 1:
-            raise self.fail(f"has {len(values)} values for ab:{local(predicate)}; keep one")
+            told = " and ".join(local(value) for value in values)
+            self.note(f"has {len(values)} values for {_term(predicate)}, {told}", "keep one")
         return values[0] if values else None
 
     def text(self, predicate: URIRef, default: str | None = None) -> str:
-        """Return the value as text. Raises PackError if it is missing and has no default."""
+        """Return the value as text; missing is a fault unless it has a default."""
         value = self.value(predicate)
-        if value is None:
-            if default is not None:
-                return default
-            raise self.fail(f"lacks {_term(predicate)}; add it")
-        return str(value)
+        if value is None and default is None:
+            self.note(f"lacks {_term(predicate)}", "add it")
+        return str(value) if value is not None else default or ""
 
     def texts(self, predicate: URIRef) -> tuple[str, ...]:
         """Return every value as text, sorted."""
         return tuple(sorted(str(value) for value in self.graph.objects(self.node, predicate)))
 
     def iri(self, predicate: URIRef) -> URIRef:
-        """Return the value, which must be an IRI. Raises PackError."""
+        """Return the value, which must be an IRI; `NOTHING` if it is none."""
         value = self.value(predicate)
-        if not isinstance(value, URIRef):
-            raise self.fail(f"needs an IRI as {_term(predicate)}")
-        return value
+        if isinstance(value, URIRef):
+            return value
+        got = "" if value is None else f', not "{value}"'
+        remedy = "write a prefixed name such as ex:thing, without quotes"
+        self.note(f"needs an IRI as {_term(predicate)}{got}", remedy)
+        return NOTHING
 
     def iris(self, predicate: URIRef) -> tuple[URIRef, ...]:
-        """Return every value that is an IRI, sorted."""
-        values = self.graph.objects(self.node, predicate)
+        """Return every value, all of which must be IRIs, sorted."""
+        values = list(self.graph.objects(self.node, predicate))
+        for value in values:
+            if not isinstance(value, URIRef):
+                remedy = "write a prefixed name such as ex:thing, without quotes"
+                self.note(f'needs IRIs as {_term(predicate)}, not "{local(value)}"', remedy)
         return tuple(sorted(value for value in values if isinstance(value, URIRef)))
 
     def maybe_iri(self, predicate: URIRef) -> URIRef | None:
-        """Return the value, an IRI, if there is one. Raises PackError if it is something else."""
-        return None if self.value(predicate) is None else self.iri(predicate)
+        """Return the value, an IRI, if there is one."""
+        return (self.iri(predicate) or None) if self.value(predicate) is not None else None
 
     def flag(self, predicate: URIRef) -> bool:
         """Tell whether the value is true; missing is false."""
         value = self.value(predicate)
-        return isinstance(value, Literal) and value.toPython() is True
+        plain = value.toPython() if isinstance(value, Literal) else value
+        if plain is not None and not isinstance(plain, bool):
+            problem = f"needs true or false as {_term(predicate)}, not {local(value or NOTHING)}"
+            self.note(problem, "write true or false, without quotes")
+        return plain is True
 
     def number(self, predicate: URIRef) -> int | None:
-        """Return the value as a whole number, if there is one. Raises PackError."""
+        """Return the value as a whole number, if there is one."""
         value = self.value(predicate)
         if value is None:
             return None
-        if not isinstance(value, Literal) or not isinstance(value.toPython(), int):
-            raise self.fail(f"needs a whole number as {_term(predicate)}")
-        return int(value.toPython())
+        plain = value.toPython() if isinstance(value, Literal) else value
+        if type(plain) is int:
+            return plain
+        self.note(f"needs a whole number as {_term(predicate)}", "write one, without quotes")
+        return None
 
     def parts(self, predicate: URIRef) -> tuple["Entry", ...]:
-        """The nodes below `predicate`, in the order of `order_of`."""
+        """Return the nodes below `predicate`, in the order of `order_of`."""
         nodes = [self._part(node) for node in self.graph.objects(self.node, predicate)]
         return tuple(sorted(nodes, key=order_of))
 
@@ -94,10 +104,17 @@ class Entry:
         head = self.value(predicate)
         if head is None:
             return ()
-        return tuple(self._part(node) for node in Collection(self.graph, head))
+        if head != RDF.nil and (head, RDF.first, None) not in self.graph:
+            self.note(f"needs a list as {_term(predicate)}", "put it in parentheses: ( … )")
+            return ()
+        try:
+            return tuple(self._part(node) for node in Collection(self.graph, head))
+        except ValueError:
+            self.note(f"has a list that never ends as {_term(predicate)}", "write ( … )")
+            return ()
 
     def _part(self, node: Node) -> "Entry":
-        return Entry.of(self.graph, self.file, node, self.entry)
+        return Entry.of(self.graph, self.file, node, self.notes, self.entry)
 
 
 def order_of(entry: Entry) -> tuple[int, str]:
@@ -118,67 +135,23 @@ def _term(predicate: URIRef) -> str:
     return f"{prefix}:{local(predicate)}"
 
 
-def entries(graph: Graph, file: str, kind: URIRef) -> Iterator[tuple[URIRef, Entry]]:
-    """Return the entries of a class, sorted by IRI."""
+def entries(graph: Graph, file: str, kind: URIRef, notes: Notes) -> Iterator[Entry]:
+    """Give the entries of a class, sorted by IRI."""
     for node in sorted(graph.subjects(RDF.type, kind), key=str):
         if isinstance(node, URIRef):
-            yield node, Entry.of(graph, file, node)
-
-
-def query_of(entry: Entry, text: str, what: str, form: str, gives: str = "") -> str:
-    """Return an entry's query, ready to be asked with bindings.
-
-    `gives` is a variable that a SELECT must give values for.
-
-    Raises:
-        PackError: the text is no such query.
-    """
-    if not text:
-        return ""
-    text = text.strip()
-    if not re.match(rf"{form}\b", text, re.IGNORECASE):
-        raise entry.fail(f"{what} must be a SPARQL {form}")
-    if re.match(r"SELECT\s+(DISTINCT\s+|REDUCED\s+)?\*", text, re.IGNORECASE):
-        raise entry.fail(f"{what} must name the variables that it gives, not *")
-    query = prefixed(entry.graph, text) + form + text[len(form) :]
-    given = valid(entry, query, what)
-    if gives and gives not in given:
-        told = " and ".join(f"?{name}" for name in given)
-        raise entry.fail(f"{what} must give ?{gives}, but gives {told}")
-    valid(entry, bindable(query), what)
-    return bindable(query)
-
-
-def valid(entry: Entry, query: str, what: str) -> tuple[str, ...]:
-    """Make sure that a query is valid SPARQL; return the variables that a SELECT gives.
-
-    Raises:
-        PackError: it is not, or a variable is written with a dollar, which could not be bound.
-    """
-    refuse_dollars(entry, query, what)
-    try:
-        found = pyoxigraph.Store().query(query)
-    except SyntaxError as error:
-        problem = " ".join(str(error).split())
-        raise entry.fail(f"{what} is no valid SPARQL: {problem}") from None
-    if isinstance(found, pyoxigraph.QuerySolutions):
-        return tuple(variable.value for variable in found.variables)
-    return ()
-
-
-def refuse_dollars(entry: Entry, query: str, what: str) -> None:
-    """Make sure that no variable is written with a dollar. Raises PackError."""
-    for name in dollars(query):
-        raise entry.fail(f"{what} writes {name}; write ?{name[1:]}")
+            yield Entry.of(graph, file, node, notes)
 
 
 def check_message(entry: Entry, message: str, names: Iterable[str]) -> None:
     """Make sure that a message of the domain can be filled in."""
+    told = f'the message "{message}"'
     try:
         fields = [field for _, field, _, _ in Formatter().parse(message) if field is not None]
     except ValueError as problem:
-        raise entry.fail(f'the message "{message}" has a brace too many: {problem}') from None
+        entry.note(f"{told} has a brace too many: {problem}", "write {name}, or no brace at all")
+        return
+    only = " or ".join(f"{{{known}}}" for known in names)
     for name in fields:
         if name not in names:
-            only = " or ".join(f"{{{known}}}" for known in names) or "no parameter"
-            raise entry.fail(f'the message "{message}" names {{{name}}}; it may name {only}')
+            remedy = f"it may name {only or 'no parameter'}"
+            entry.note(f"{told} names {{{name}}}", remedy)

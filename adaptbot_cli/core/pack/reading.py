@@ -1,19 +1,19 @@
-"""Reads a domain pack's graphs into a `Domain`, naming the entry wherever it cannot."""
+"""Reads a domain pack's graphs into a `Domain`, noting the entry wherever it cannot."""
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from rdflib import RDF, RDFS, Graph, URIRef
-from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Domain, Implication, Kind, Property, Start
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.pack.actions import read_actions
-from adaptbot_cli.core.pack.entry import Entry, check_message, entries, query_of
-from adaptbot_cli.core.pack.vocabulary import check_terms
+from adaptbot_cli.core.pack.entry import Entry, check_message, entries
+from adaptbot_cli.core.pack.noting import Notes
+from adaptbot_cli.core.pack.queries import query_of
+from adaptbot_cli.core.pack.vocabulary import check_terms, check_types
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.terms import AB, local
-from adaptbot_cli.errors import PackError
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,18 +32,27 @@ def read_domain(sources: Sources) -> Domain:
         PackError: an entry lacks something or does not make sense; the message names file, entry
             and what to do.
     """
-    domain = Entry.of(sources.domain, "domain.ttl", _the_domain(sources.domain))
-    for graph, file in (
-        (sources.domain, "domain.ttl"),
-        (sources.actions, "actions.ttl"),
-        (sources.tasks, "tasks.ttl"),
+    domain, notes = examine_domain(sources)
+    notes.refuse()
+    return domain
+
+
+def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
+    """Read a domain pack with all its faults; with one, the domain is good for checks only."""
+    notes = Notes()
+    domain = _the_domain(sources.domain, notes)
+    for graph, file, types in (
+        (sources.domain, "domain.ttl", (AB.Domain, RDFS.Class, RDF.Property)),
+        (sources.actions, "actions.ttl", (AB.Action,)),
+        (sources.tasks, "tasks.ttl", (AB.Task,)),
     ):
-        check_terms(graph, file)
-    kinds = {iri: _kind(entry) for iri, entry in entries(sources.domain, "domain.ttl", RDFS.Class)}
-    properties = _properties(sources.domain)
+        check_terms(graph, file, notes)
+        check_types(graph, file, types, notes)
+    kinds = {e.node: _kind(e) for e in entries(sources.domain, "domain.ttl", RDFS.Class, notes)}
+    properties = _properties(sources.domain, notes)
     declared = {*properties, RDF.type, RDFS.subClassOf}
-    tasks = _tasks(sources.tasks)
-    return Domain(
+    tasks = list(_tasks(sources.tasks, notes))
+    read = Domain(
         iri=domain.node,
         name=domain.text(RDFS.label),
         comment=domain.text(RDFS.comment, ""),
@@ -57,33 +66,45 @@ def read_domain(sources: Sources) -> Domain:
         products=frozenset(domain.texts(AB.product)),
         kinds=kinds,
         properties=properties,
-        actions=read_actions(sources.actions, declared),
+        actions=read_actions(sources.actions, notes, properties, declared),
         tasks=tuple(dict.fromkeys(task for _, task in tasks)),
         task_names=dict(tasks),
         goals=_goals(domain, AB.goal),
         advice=_goals(domain, AB.advice),
+        aliases=tuple(domain.texts(AB.alias)),
     )
+    return read, notes
 
 
-def _the_domain(graph: Graph) -> Node:
+def _the_domain(graph: Graph, notes: Notes) -> Entry:
     found = sorted(graph.subjects(RDF.type, AB.Domain), key=str)
     if len(found) != 1:
-        raise PackError(f"domain.ttl: needs exactly one entry typed ab:Domain, has {len(found)}")
-    return found[0]
+        told = f"needs exactly one entry typed ab:Domain, has {len(found)}"
+        notes.add("domain.ttl", told, 'write "a ab:Domain" in the one that names the domain')
+    if found:
+        return Entry.of(graph, "domain.ttl", found[0], notes)
+    # What a domain lacks that is not there is nothing to tell.
+    return Entry.of(graph, "domain.ttl", AB.Domain, Notes())
 
 
 def _kind(entry: Entry) -> Kind:
+    supers = _supers(entry.graph, entry.node)
+    parents = set(entry.graph.objects(entry.node, RDFS.subClassOf))
+    if any(entry.node in _supers(entry.graph, above) for above in supers if above in parents):
+        told = " below ".join(local(iri) for iri in (*supers, entry.node))
+        entry.note(f"is a class below itself: {told}", "take one rdfs:subClassOf away")
     return Kind(
         iri=entry.node,
         label=entry.text(RDFS.label, local(entry.node)),
         comment=entry.text(RDFS.comment, ""),
-        supers=_supers(entry.graph, entry.node),
+        supers=supers,
         name_property=entry.maybe_iri(AB.nameProperty),
         location_property=entry.maybe_iri(AB.locationProperty),
         order=entry.number(AB.kindOrder),
-        asks=tuple(part.node for part in entry.listed(AB.asks)),
-        starts=tuple(_start(part) for part in entry.parts(AB.starts)),
+        asks=tuple(iri for part in entry.listed(AB.asks) for iri in _asked(part)),
+        starts=tuple(start for part in entry.parts(AB.starts) for start in _start(part)),
         prompted=entry.flag(AB.prompted),
+        hand=entry.flag(AB.hand),
     )
 
 
@@ -92,21 +113,31 @@ def _supers(graph: Graph, node: URIRef) -> tuple[URIRef, ...]:
     return tuple(dict.fromkeys(iri for iri in found if isinstance(iri, URIRef)))
 
 
-def _start(entry: Entry) -> Start:
-    value = entry.value(AB.value)
+def _asked(entry: Entry) -> Iterator[URIRef]:
+    if isinstance(entry.node, URIRef):
+        yield entry.node
+    else:
+        told = f"ab:asks lists {entry.node}, which is no property"
+        entry.note(told, "list properties such as ex:is_fragile, without quotes")
+
+
+def _start(entry: Entry) -> Iterator[Start]:
+    value, prop = entry.value(AB.value), entry.iri(AB.property)
     if value is None:
-        raise entry.fail("an ab:starts lacks ab:value")
-    return Start(entry.iri(AB.property), value, entry.maybe_iri(AB.when))
+        entry.note("an ab:starts lacks ab:value", "add it, such as false")
+        return
+    yield Start(prop, value, entry.maybe_iri(AB.when))
 
 
-def _properties(graph: Graph) -> dict[URIRef, Property]:
-    return {iri: _property(e) for iri, e in entries(graph, "domain.ttl", RDF.Property)}
+def _properties(graph: Graph, notes: Notes) -> dict[URIRef, Property]:
+    return {e.node: _property(e) for e in entries(graph, "domain.ttl", RDF.Property, notes)}
 
 
 def _property(entry: Entry) -> Property:
     graph = local(entry.iri(AB.graph))
-    if graph not in ("attribute", "state"):
-        raise entry.fail("ab:graph must be ab:attribute or ab:state")
+    if graph and graph not in ("attribute", "state"):
+        remedy = "ab:attribute is for what lasts, ab:state for what a plan changes"
+        entry.note("ab:graph must be ab:attribute or ab:state", remedy)
     question = entry.text(AB.question, "")
     check_message(entry, question, ("name",))
     return Property(
@@ -118,45 +149,53 @@ def _property(entry: Entry) -> Property:
         question=question,
         functional=entry.flag(AB.functional),
         state_words=entry.texts(AB.stateWord),
-        implied=tuple(_implication(part) for part in entry.parts(AB.impliedBy)),
+        implied=tuple(one for part in entry.parts(AB.impliedBy) for one in _implication(part)),
     )
 
 
-def _implication(entry: Entry) -> Implication:
-    equals, value = entry.value(AB.equals), entry.value(AB.value)
+def _implication(entry: Entry) -> Iterator[Implication]:
+    equals, value, prop = entry.value(AB.equals), entry.value(AB.value), entry.iri(AB.property)
     if equals is None or value is None:
-        raise entry.fail("an ab:impliedBy needs ab:equals and ab:value")
-    return Implication(entry.iri(AB.property), equals, value)
+        entry.note("an ab:impliedBy needs ab:equals and ab:value", "add them, such as true")
+        return
+    yield Implication(prop, equals, value)
 
 
 def _goals(entry: Entry, predicate: URIRef) -> tuple[Goal, ...]:
-    return tuple(_goal(part) for part in entry.parts(predicate))
+    return tuple(goal for part in entry.parts(predicate) for goal in _goal(part))
 
 
-def _goal(entry: Entry) -> Goal:
+def _goal(entry: Entry) -> Iterator[Goal]:
     classes = tuple(str(iri) for iri in entry.iris(AB["class"]))
-    ask = query_of(entry, entry.text(AB.ask, ""), "ab:ask", "ASK")
-    select = query_of(entry, entry.text(AB.select, ""), "ab:select", "SELECT", "item")
-    if bool(ask) == bool(select):
-        raise entry.fail("a goal needs either ab:ask or ab:select")
+    asks, selects = entry.text(AB.ask, ""), entry.text(AB.select, "")
+    if bool(asks) == bool(selects):
+        remedy = "ab:ask says what must hold, ab:select finds what is wrong"
+        entry.note("a goal needs either ab:ask or ab:select", remedy)
+        return
+    ask = query_of(entry, asks, "ab:ask", "ASK")
+    select = query_of(entry, selects, "ab:select", "SELECT", "item")
     message = entry.text(AB.message)
-    check_message(entry, message, ("item",) if classes or select else ())
+    check_message(entry, message, ("item",) if classes or selects else ())
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
-    return Goal(ask or select, message, classes, about)
+    before = frozenset(str(iri) for iri in entry.iris(AB.before))
+    yield Goal(ask or select, message, classes, about, before, asks or selects)
 
 
-def _tasks(graph: Graph) -> list[tuple[str, Task]]:
+def _tasks(graph: Graph, notes: Notes) -> Iterator[tuple[str, Task]]:
     """Every task under each of its names, normalised."""
-    found: list[tuple[str, Task]] = []
-    for _, entry in entries(graph, "tasks.ttl", AB.Task):
+    owners: dict[str, str] = {}
+    for entry in entries(graph, "tasks.ttl", AB.Task, notes):
         task = Task(entry.text(RDFS.label), _needs(entry), _goals(entry, AB.goal), known=True)
-        names: Iterable[str] = (task.name, *entry.texts(AB.alias))
-        found.extend((normal(name), task) for name in names)
-    return found
+        for name in (task.name, *entry.texts(AB.alias)):
+            other = owners.setdefault(normal(name), entry.entry)
+            if other != entry.entry and name:
+                entry.note(f'its name "{name}" is that of {other} too', "change one")
+            yield normal(name), task
 
 
 def _needs(entry: Entry) -> tuple[str, ...]:
     needs = entry.texts(AB.needs)
     if not needs:
-        raise entry.fail("lacks ab:needs, the items that the task requires; add at least one")
+        problem = "lacks ab:needs, the items that the task requires"
+        entry.note(problem, "add at least one")
     return needs

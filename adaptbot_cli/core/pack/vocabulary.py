@@ -1,36 +1,72 @@
-"""Finds misspelt ab: terms in a pack's files: without this they would be passed over."""
+"""Finds misspelt terms and stray entries in a pack's files, which would be passed over."""
 
+from collections.abc import Collection
 from difflib import get_close_matches
 
-from rdflib import BNode, Graph, URIRef
+from rdflib import RDF, RDFS, BNode, Graph, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.pack.noting import Notes
 from adaptbot_cli.core.terms import AB, TERMS, local
-from adaptbot_cli.errors import PackError
+
+_SPACES: tuple[tuple[str, str, frozenset[str]], ...] = (
+    ("ab", str(AB), TERMS),
+    ("rdf", str(RDF), frozenset(["type", "first", "rest", "nil", "Property", "List", "value"])),
+    (
+        "rdfs",
+        str(RDFS),
+        frozenset(
+            "Class label comment subClassOf domain range seeAlso isDefinedBy member".split()  # noqa: SIM905
+        ),
+    ),
+)
+"""The vocabularies of which a pack may use only these terms: any other is a slip of the pen."""
 
 
-def check_terms(graph: Graph, file: str) -> None:
-    """Make sure that every ab: term of a file is one, or a subject of the file.
-
-    Raises:
-        PackError: one is not; the message names the entry and the nearest term.
-    """
+def check_terms(graph: Graph, file: str, notes: Notes) -> None:
+    """Note every term of a file's vocabularies that is none; a subject of the file is a name."""
     subjects = set(graph.subjects())
     for subject, predicate, value in sorted(graph, key=lambda t: (str(t[1]), str(t[2]))):
-        # What ab:graph may be is told by its reader; a subject of the file is a name, no term.
+        # What ab:graph may be is told by its reader.
         named = predicate == AB.graph or value in subjects
         for node in (predicate,) if named else (predicate, value):
-            if _unknown(node):
-                name = local(node)
-                near = get_close_matches(name, sorted(TERMS), 1, cutoff=0.0)
-                entry = local(_entry(graph, subject))
-                raise PackError(
-                    f"{file}, entry {entry}: there is no ab:{name}; the nearest is ab:{near[0]}"
-                )
+            term = _unknown(node)
+            if term is not None:
+                told = f"there is no {term[0]}"
+                where = f"{file}, entry {local(_entry(graph, subject))}"
+                notes.add(where, told, f"the nearest is {term[1]}")
 
 
-def _unknown(node: Node) -> bool:
-    return isinstance(node, URIRef) and node.startswith(str(AB)) and local(node) not in TERMS
+def check_types(graph: Graph, file: str, types: Collection[Node], notes: Notes) -> None:
+    """Note every entry of a file that says not what it is, and that no other one names."""
+    for subject in sorted({s for s in graph.subjects() if isinstance(s, URIRef)}):
+        stated = set(graph.objects(subject, RDF.type))
+        misspelt = any(_unknown(kind) for kind in stated)
+        named = any(str(p).startswith(str(AB)) for p in graph.predicates(None, subject))
+        if misspelt or stated & set(types) or named:
+            continue
+        meant = " or ".join(f'"a {_short(kind)}"' for kind in types)
+        notes.add(f"{file}, entry {local(subject)}", "says not what it is", f"write {meant}")
+
+
+def _short(kind: Node) -> str:
+    spaces = {"ab": str(AB), "rdf": str(RDF), "rdfs": str(RDFS)}
+    found = (
+        f"{prefix}:{local(kind)}" for prefix, iri in spaces.items() if str(kind)[: len(iri)] == iri
+    )
+    return next(found, local(kind))
+
+
+def _unknown(node: Node) -> tuple[str, str] | None:
+    """A term that is none and the nearest one; None for what is no such term."""
+    if not isinstance(node, URIRef):
+        return None
+    for prefix, space, terms in _SPACES:
+        if node.startswith(space) and node[len(space) :] not in terms:
+            name = node[len(space) :]
+            near = get_close_matches(name, sorted(terms), 1, cutoff=0.0)
+            return f"{prefix}:{name}", f"{prefix}:{near[0]}"
+    return None
 
 
 def _entry(graph: Graph, node: Node) -> Node:

@@ -11,12 +11,16 @@ from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.planner.local import found
 from adaptbot_cli.adapters.planner.local.engine import Engine
 from adaptbot_cli.adapters.planner.local.grammar import MOST_LINES, grammar
-from adaptbot_cli.adapters.planner.local.prompts import nearest_plans, told
+from adaptbot_cli.adapters.planner.local.prompts import for_model, nearest_plans, told
+from adaptbot_cli.adapters.planner.model import Model
+from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.tasks import task_for
+from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
+from tests.board import on_board
 
 LIBRARY = bundled("prompts") / "library"
 
@@ -119,9 +123,9 @@ def test_which_names_mean_a_model_on_board(name: str | None, meant: bool) -> Non
 
 
 def test_files_that_are_no_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runtime = tmp_path / "llama_cpp.py"  # it is only looked for, never imported
-    runtime.write_text("raise AssertionError", encoding="utf-8")
+    on_board(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
+    runtime = tmp_path / "llama_cpp.py"
     with pytest.raises(ModelError, match="no GGUF file"):
         found.model_file(f"local:{runtime}")
     with pytest.raises(ModelError, match="There is no file"):
@@ -130,7 +134,9 @@ def test_files_that_are_no_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         found.model_file(f"local:{tmp_path}")
 
 
-def test_a_model_larger_than_the_memory_is_not_started(tmp_path: Path) -> None:
+def test_a_model_larger_than_the_memory_is_not_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     huge = tmp_path / "huge.gguf"
     with huge.open("wb") as file:
         file.write(b"GGUF")
@@ -138,3 +144,10 @@ def test_a_model_larger_than_the_memory_is_not_started(tmp_path: Path) -> None:
     request = {"messages": [], "grammar": "", "temperature": 0.0, "tokens": 1, "room": 1}
     with pytest.raises(ModelError, match="too little memory for huge.gguf"):
         next(Engine(huge).stream(request, 10.0))
+    on_board(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    kg = domain("kitchen")
+    name, prompts = for_model(f"local:{huge}", Prompts(bundled("prompts"), kg))
+    model = Model(name, prompts, first_wait=1000.0)  # its own sentence is told as it is, at once
+    with pytest.raises(ModelError, match=r"\AThere is too little memory for huge\.gguf"):
+        model.propose(Propose(task_for("onion sandwich", kg)))

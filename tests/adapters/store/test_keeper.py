@@ -1,69 +1,27 @@
 """What was learned is kept whole or not at all, beside what other runs have learned meanwhile."""
 
+import sys
 import threading
-from dataclasses import replace
-from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
+from types import FrameType
 
 import pytest
-from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli import session
-from adaptbot_cli.adapters.store import keeper as keeping
-from adaptbot_cli.adapters.store.files import lock, settle
+from adaptbot_cli.adapters.store.files import lock, settle, write_files
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.keeper import Keeper, Origin
+from adaptbot_cli.adapters.store.opening import start
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Answer, Question
-from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.workspace import Workspace
-
-EX = "http://example.org/"
-ORIGIN = Origin("plan library", "t.yaml", lambda: datetime(2025, 1, 1, tzinfo=UTC))
-
-
-def ex(name: str) -> URIRef:
-    return URIRef(EX + name)
-
-
-def keeper(root: Path) -> Keeper:
-    """Return the keeper of a run that begins now."""
-    home = Workspace(root)
-    kg = session.load(home, "kitchen")
-    return Keeper(root, "kitchen", kg, ORIGIN, partial(home.first_files, "kitchen"))
-
-
-def learned(*triples: Triple) -> Keep:
-    """Return the turn that keeps these facts."""
-    question = Question("existence", "leek", "Is there leek?")
-    lesson = Lesson(Delta(added=frozenset(triples)), question, Answer("exists"), "there is leek")
-    return Keep(Task("soup", ()), (lesson,))
-
-
-def leek(place: str, kind: str = "object") -> Keep:
-    """Return the turn that keeps a new item."""
-    return learned(
-        (ex("leek"), RDF.type, ex(kind)),
-        (ex("leek"), ex("obj_name" if kind == "object" else "tool_name"), Literal("leek")),
-        (ex("leek"), ex("obj_location"), ex(place)),
-    )
-
-
-def files(root: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in (root / "kg" / "kitchen").iterdir()}
+from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned, leek
 
 
 def test_a_second_first_run_leaves_what_a_first_one_has_learned(tmp_path: Path) -> None:
-    one, two = keeper(tmp_path), keeper(tmp_path)
-    one.start()
-    head = one.keep(leek("fridge")).revision
+    head = keeper(tmp_path).keep(leek("fridge")).revision
     (tmp_path / "adaptbot.toml").write_text("replans = 1\n", encoding="utf-8")
-    assert two.start() == head
+    assert begun(tmp_path).revision == head
     assert b"ex:leek" in files(tmp_path)["attributes.ttl"]
     assert (tmp_path / "adaptbot.toml").read_text(encoding="utf-8") == "replans = 1\n"
 
@@ -84,7 +42,7 @@ def test_what_a_first_use_writes_is_asked_for_under_the_lock(tmp_path: Path) -> 
         thread.join()
         return Workspace(tmp_path).first_files("kitchen")
 
-    Keeper(tmp_path, "kitchen", keeper(tmp_path).kg, ORIGIN, first).start()
+    start(tmp_path, "kitchen", first, ORIGIN.now)
     assert asked == ["locked"]
 
 
@@ -93,7 +51,7 @@ def test_a_commit_that_fails_changes_nothing(
 ) -> None:
     monkeypatch.setattr("adaptbot_cli.adapters.store.git.repo._PATIENCE", 0.0)
     one = keeper(tmp_path)
-    head = one.start()
+    head = Repo.open_or_init(tmp_path).head()
     before = files(tmp_path)
     index = tmp_path / ".git" / "index.lock"
     index.write_bytes(b"")
@@ -105,32 +63,42 @@ def test_a_commit_that_fails_changes_nothing(
     assert one.keep(leek("fridge")).revision != head
 
 
-def test_ctrl_c_in_a_commit_changes_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("step", [1, 5, 10, 15, 20, 25, 30, 35, 40])
+def test_ctrl_c_in_a_commit_leaves_the_old_or_the_new(tmp_path: Path, step: int) -> None:
+    """Ctrl-C at a step of the commit, wherever that is: what is said is what is there."""
     one = keeper(tmp_path)
-    one.start()
-    before = files(tmp_path)
+    one.keep(item("warm", "fridge"))
+    before, head = files(tmp_path), Repo.open_or_init(tmp_path).head()
+    steps = iter(range(1, 1_000_000))
 
-    def stopped() -> datetime:
-        """The clock is read when the files are written and the commit is about to be made."""
-        assert files(tmp_path) != before
-        raise KeyboardInterrupt
+    def interrupting(frame: FrameType, event: str, argument: object) -> None:
+        name = getattr(argument, "__name__", "") if event == "c_call" else ""
+        if name in ("fsync", "replace", "link") and next(steps) == step:
+            sys.setprofile(None)
+            raise KeyboardInterrupt
 
-    interrupted = replace(one, origin=replace(one.origin, now=stopped))
+    sys.setprofile(interrupting)
     with pytest.raises(KeyboardInterrupt):
-        interrupted.keep(leek("fridge"))
-    assert files(tmp_path) == before
+        one.keep(leek("fridge"))
+    now = Repo.open_or_init(tmp_path).head()
+    assert (files(tmp_path) == before) == (now == head)
+    assert begun(tmp_path).edited == ()
+    assert one.keep(item("chard", "fridge")).revision not in (now, head)
 
 
 @pytest.mark.parametrize(
     ("other", "said"),
     [
-        (leek("counter"), "leek: obj_location has 2 values: counter and fridge"),
+        (
+            leek("counter"),
+            r"leek: place .* has 2 values: counter and fridge \(from the answer",
+        ),
         (leek("fridge", "tool"), "leek: is an? .* and an? .*; it can be only one of them"),
         (
             learned((ex("fridge"), ex("rec_location"), ex("fridge"))),
             "rec_location is not declared",
         ),
-        (learned((ex("leek"), ex("obj_location"), ex("robot"))), "obj_location must be a"),
+        (learned((ex("leek"), ex("obj_location"), ex("robot"))), "obj_location.* must be a"),
     ],
     ids=["two places", "two classes", "undeclared", "wrong range"],
 )
@@ -138,7 +106,6 @@ def test_what_goes_not_with_what_another_run_has_learned_is_refused(
     tmp_path: Path, other: Keep, said: str
 ) -> None:
     one = keeper(tmp_path)
-    one.start()
     head = one.keep(leek("fridge")).revision
     before = files(tmp_path)
     with pytest.raises(KnowledgeError, match=said) as caught:
@@ -150,9 +117,9 @@ def test_what_goes_not_with_what_another_run_has_learned_is_refused(
 
 def test_a_thing_in_itself_is_refused(tmp_path: Path) -> None:
     one = keeper(tmp_path)
-    one.start()
-    pan = next(iter(one.kg.find("pan")))
-    [(_, place, where)] = one.kg.facts.triples((pan, ex("mrec_location"), None))
+    kg = begun(tmp_path).kg
+    pan = next(iter(kg.find("pan")))
+    [(_, place, where)] = kg.facts.triples((pan, ex("mrec_location"), None))
     delta = Delta(frozenset({(pan, place, where)}), frozenset({(pan, place, pan)}))
     with pytest.raises(KnowledgeError, match="pan: is in itself: pan in pan"):
         one.apply("soup", [delta])
@@ -160,7 +127,6 @@ def test_a_thing_in_itself_is_refused(tmp_path: Path) -> None:
 
 def test_a_fault_that_was_there_before_refuses_nothing(tmp_path: Path) -> None:
     one = keeper(tmp_path)
-    one.start()
     state = tmp_path / "kg" / "kitchen" / "state.ttl"
     state.write_bytes(state.read_bytes() + b"\nex:egg ex:obj_location ex:counter .\n")
     assert one.keep(leek("fridge")).revision
@@ -168,8 +134,7 @@ def test_a_fault_that_was_there_before_refuses_nothing(tmp_path: Path) -> None:
 
 def interrupted(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave a write of state.ttl that was killed once it held."""
-    one = keeper(root)
-    one.start()
+    keeper(root)
 
     def killed(*_: object) -> None:
         raise KeyboardInterrupt
@@ -179,7 +144,7 @@ def interrupted(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(KeyboardInterrupt), lock(root):
             attributes = root / "kg" / "kitchen" / "attributes.ttl"
             leek = b'\nex:leek a ex:object ; ex:obj_name "leek" .\n'
-            keeping.write_files(root, {"kg/kitchen/attributes.ttl": attributes.read_bytes() + leek})
+            write_files(root, {"kg/kitchen/attributes.ttl": attributes.read_bytes() + leek})
 
 
 def test_reading_finishes_what_a_killed_run_left(
@@ -203,6 +168,13 @@ def test_reading_without_an_interrupted_write_takes_no_lock(tmp_path: Path) -> N
     settle(tmp_path)
     settle(tmp_path / "missing")
     assert list(tmp_path.iterdir()) == []
-    keeper(tmp_path).start()
+    keeper(tmp_path)
     with lock(tmp_path):
         assert session.load(Workspace(tmp_path), "kitchen").find("egg")
+
+
+def test_where_a_fact_comes_from_is_told_from_the_commit_that_has_it(tmp_path: Path) -> None:
+    one = keeper(tmp_path)
+    one.keep(leek("fridge"))
+    assert one.trace("leek obj_location fridge") == "exists"
+    assert one.trace("onion IsLiquid false") == "from the kitchen as it came"

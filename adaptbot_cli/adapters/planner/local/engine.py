@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from queue import Empty, Queue
@@ -77,6 +78,8 @@ class Engine:
             stderr=subprocess.DEVNULL,
             encoding="utf-8",
         )
+        # Ctrl-C is heard in another thread: the worker ends with the engine, or with the program.
+        weakref.finalize(self, self._process.kill)
         Thread(target=_read, args=(self._process, self._answers), daemon=True).start()
         self._receive(until)
 

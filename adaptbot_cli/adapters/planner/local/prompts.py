@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
-from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
+from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
 from adaptbot_cli.adapters.planner.local.engine import Engine
-from adaptbot_cli.adapters.planner.local.found import model_file
+from adaptbot_cli.adapters.planner.local.found import model_file, on_board
 from adaptbot_cli.adapters.planner.local.grammar import grammar
 from adaptbot_cli.adapters.planner.prompts import MOST_NAMES, Prompts
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.adapters.planner.provider import load
 from adaptbot_cli.core.names import singulars, words
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Propose
@@ -54,15 +54,15 @@ def _shared(one: set[str], other: set[str]) -> float:
 
 @dataclass(slots=True)
 class BoardPrompts:
-    """The prompts of the model that `name`, `local` or `local:PATH`, means.
+    """What the model that `name`, `local` or `local:PATH`, means is told. `prompts` are those of
+    the large models, whose examples, names and re-prompts it shares.
 
     Raises:
         ModelError: on making, if it is not installed, or the file is missing or no model.
     """
 
     name: str
-    folder: Path
-    kg: Kg
+    prompts: Prompts
     file: Path = field(init=False)
     _grammar: str = field(default="", init=False)
 
@@ -81,28 +81,37 @@ class BoardPrompts:
         """
         if not self._grammar:
             self._register()
-        library = read_library(self.folder / "library" / self.kg.domain.name)
         chat: list[Message] = []
-        for plan in nearest_plans(turn.task, library, EXAMPLES):
+        for plan in nearest_plans(turn.task, self.prompts.plans(), EXAMPLES):
             chat += _exchange(plan)
         names = {name for message in chat for name in _NAME.findall(message["content"])}
-        self._grammar = grammar(self.kg.domain, names | told(turn.task) | self._known())
+        self._grammar = grammar(self.prompts.kg.domain, names | told(turn.task) | self._known())
         chat.append(_said("user", _asked(turn.task.name, turn.task.required)))
         if turn.attempt:
-            again = Prompts(self.folder, self.kg).again(turn)
-            chat += [_said("assistant", turn.previous), _said("user", again)]
+            chat.append(_said("assistant", turn.previous))
+            chat.append(_said("user", self.prompts.again(turn)))
         return chat
 
     def _register(self) -> None:
+        load()  # with our settings, before the next line imports it
         from adaptbot_cli.adapters.planner.local.provider import register
 
         register(self.file.stem, Engine(self.file), lambda: self._grammar)
 
     def _known(self) -> set[str]:
         """The names of the things that a prompt names, whatever the task."""
-        kinds = [kind.iri for kind in self.kg.domain.teachable if kind.prompted]
-        found = (self.kg.instances([kind])[:MOST_NAMES] for kind in kinds)
-        return {self.kg.name(entity) for entities in found for entity in entities}
+        kg = self.prompts.kg
+        kinds = [kind.iri for kind in kg.domain.teachable if kind.prompted]
+        found = (kg.instances([kind])[:MOST_NAMES] for kind in kinds)
+        return {kg.name(entity) for entities in found for entity in entities}
+
+
+def for_model(name: str, prompts: Prompts) -> "tuple[str, Prompts | BoardPrompts]":
+    """Return how litellm names a model, and what it is told. Raises ModelError as BoardPrompts."""
+    if not on_board(name):
+        return name, prompts
+    board = BoardPrompts(name, prompts)
+    return board.model, board
 
 
 def told(task: Task) -> set[str]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import litellm
 
+from adaptbot_cli.adapters.planner.budget import ONE_ANSWER
 from adaptbot_cli.adapters.planner.local.engine import Engine
 
 PROVIDER = "local"
@@ -12,6 +13,9 @@ _TOKENS = 1500
 """How long a plan may be."""
 _ROOM = 256
 """How many tokens a prompt must leave for a plan."""
+_IN_TIME = 0.95
+"""The share of its time that it may use: it says itself that there was too little, before whoever
+reads gives it up and asks again, which would take as long."""
 
 
 class OnBoard(litellm.CustomLLM):  # type: ignore[misc]
@@ -42,7 +46,7 @@ class OnBoard(litellm.CustomLLM):  # type: ignore[misc]
             "tokens": min(_TOKENS, optional_params.get("max_tokens") or _TOKENS),
             "room": _ROOM,
         }
-        for answer in self.engine.stream(request, timeout or 600.0):
+        for answer in self.engine.stream(request, _IN_TIME * (timeout or ONE_ANSWER)):
             yield _chunk(answer)
 
 

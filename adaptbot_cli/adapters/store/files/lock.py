@@ -2,6 +2,7 @@
 
 import errno
 import os
+import random
 import sys
 import time
 from collections.abc import Iterator
@@ -9,10 +10,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from adaptbot_cli.adapters.store.files.disk import own_folder, told
+from adaptbot_cli.adapters.store.files.disk import FOLDER, own_folder, told
 from adaptbot_cli.errors import KnowledgeError
 
-_POLL: Final = 0.05
+_POLL: Final = 0.01
 
 if sys.platform == "win32":
     import msvcrt
@@ -42,29 +43,42 @@ else:
 
 
 @contextmanager
-def lock(root: Path, timeout: float = 10.0) -> Iterator[None]:
+def lock(root: Path, timeout: float = 30.0) -> Iterator[None]:
     """Hold the workspace's write lock, against other processes and other threads.
 
-    Waits up to `timeout` seconds, then raises KnowledgeError. The lock ends with the process.
+    Waits up to `timeout` seconds, then raises KnowledgeError. The lock ends with the process. Who
+    waits at the head of the queue comes before whoever has just let go and wants it again.
     """
-    path = own_folder(root) / "lock"
+    folder = own_folder(root)
+    deadline = time.monotonic() + timeout
+    with (
+        _held(folder / "lock.queue", root, deadline) as queue,
+        _held(folder / "lock", root, deadline) as handle,
+    ):
+        os.close(queue.pop())
+        with suppress(OSError):  # It only tells others whom they wait for.
+            os.truncate(handle[0], 0)
+            os.write(handle[0], f"{os.getpid()}\n".encode())
+        yield
+
+
+@contextmanager
+def _held(path: Path, root: Path, deadline: float) -> Iterator[list[int]]:
+    """Hold the lock of a file until the end, or until the handle is taken out and closed."""
     with told(path):
-        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        handles = [os.open(path, os.O_RDWR | os.O_CREAT, 0o666)]
     try:
-        deadline = time.monotonic() + timeout
-        while not _locked(handle, path):
+        while not _locked(handles[0], path):
             if time.monotonic() >= deadline:
                 raise KnowledgeError(
-                    f"Another adaptbot is writing to {root}{_owner(path)}; "
+                    f"Another adaptbot is writing to {root}{_owner(root)}; "
                     "wait until it is done, then try again."
                 )
-            time.sleep(_POLL)
-        with suppress(OSError):  # It only tells others whom they wait for.
-            os.truncate(handle, 0)
-            os.write(handle, f"{os.getpid()}\n".encode())
-        yield
+            time.sleep(random.uniform(_POLL / 2, _POLL))
+        yield handles
     finally:
-        os.close(handle)
+        for handle in handles:
+            os.close(handle)
 
 
 def _locked(handle: int, path: Path) -> bool:
@@ -72,9 +86,9 @@ def _locked(handle: int, path: Path) -> bool:
         return _try_lock(handle)
 
 
-def _owner(path: Path) -> str:
+def _owner(root: Path) -> str:
     try:
-        number = path.read_text(encoding="ascii").strip()
+        number = (root / FOLDER / "lock").read_text(encoding="ascii").strip()
     except (OSError, ValueError):
         return ""
     return f" (process {number})" if number.isdigit() else ""

@@ -18,15 +18,18 @@ class Commit:
     subject: str
     body: str
     trailers: tuple[tuple[str, str], ...]
+    parents: tuple[str, ...] = ()
 
 
-def commit_from(sha: str, author: str, when: datetime, message: str) -> Commit:
+def commit_from(
+    sha: str, author: str, when: datetime, message: str, parents: tuple[str, ...] = ()
+) -> Commit:
     """Take a message apart as git does: subject, body, and trailers if the last paragraph is so."""
     paragraphs = [part for part in re.split(r"\n[ \t]*\n+", message.strip("\n")) if part.strip()]
     subject = " ".join(paragraphs[0].split("\n")) if paragraphs else ""
     trailers = _trailers(paragraphs[-1]) if len(paragraphs) > 1 else ()
     body = paragraphs[1 : -1 if trailers else None]
-    return Commit(sha, author, when, subject, "\n\n".join(body), trailers)
+    return Commit(sha, author, when, subject, "\n\n".join(body), trailers, parents)
 
 
 def _trailers(paragraph: str) -> tuple[tuple[str, str], ...]:

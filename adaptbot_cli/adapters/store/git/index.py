@@ -5,30 +5,34 @@ import io
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from adaptbot_cli.adapters.store.git.locks import locked
 from adaptbot_cli.errors import KnowledgeError
 
 if TYPE_CHECKING:
-    from dulwich.file import _GitFile
+    from dulwich.file import SharedPerm
     from dulwich.index import ConflictedIndexEntry, IndexEntry
 
 _FOLDER: Final = 0o040000
 
 
 class LockedIndex:
-    """An index that no one else can change; `save` and leaving the lock make a change real."""
+    """An index that no one else can change; `save` makes a change real when the lock is left."""
 
-    def __init__(self, path: Path, file: "_GitFile") -> None:
+    def __init__(self, path: Path, file: io.BytesIO) -> None:
         from dulwich.index import read_index_dict_with_version
 
         self._file = file
         self._version: int | None = None
         self.entries: dict[bytes, IndexEntry | ConflictedIndexEntry] = {}
-        self._saved = False
+        self._written = 0
+        self._ours: set[bytes] = set()
         if path.exists():
             data = path.read_bytes()
+            self._written = int(path.stat().st_mtime)
             self.entries, self._version, _ = read_index_dict_with_version(io.BytesIO(data))
             self._refuse_partial(path, data)
 
@@ -44,6 +48,7 @@ class LockedIndex:
     def replace(self, changes: Mapping[bytes, "IndexEntry | None"]) -> bool:
         """Set entries, remove those that are None; tell if that makes a difference."""
         before = dict(self.entries)
+        self._ours |= changes.keys()
         for name, entry in changes.items():
             for other in _in_the_way(self.entries, name):
                 del self.entries[other]
@@ -69,18 +74,28 @@ class LockedIndex:
 
         # Without the old extensions: they are caches that describe the old entries.
         buffer = io.BytesIO()
-        write_index_dict(buffer, self.entries, version=self._version)
+        entries = {
+            name: entry if name in self._ours else self._doubted(entry)
+            for name, entry in self.entries.items()
+        }
+        write_index_dict(buffer, entries, version=self._version)
         data = buffer.getvalue()
         self._file.write(data + hashlib.sha1(data, usedforsecurity=False).digest())
-        self._file.flush()
-        self._saved = True
 
-    def leave(self) -> None:
-        """Give up the lock, with what was saved."""
-        if self._saved:
-            self._file.close()
-        else:
-            self._file.abort()
+    def _doubted(
+        self, entry: "IndexEntry | ConflictedIndexEntry"
+    ) -> "IndexEntry | ConflictedIndexEntry":
+        """Let git look at a file again that may have changed in the second it was staged in.
+
+        git knows such files by an index that is no newer than they are; the new index is newer. An
+        entry without a size is what it writes itself then.
+        """
+        from dulwich.index import IndexEntry
+
+        if not isinstance(entry, IndexEntry):
+            return entry
+        seconds = entry.mtime[0] if isinstance(entry.mtime, tuple) else int(entry.mtime)
+        return replace(entry, size=0) if seconds >= self._written else entry
 
 
 def _in_the_way(entries: Mapping[bytes, object], name: bytes) -> list[bytes]:
@@ -90,15 +105,7 @@ def _in_the_way(entries: Mapping[bytes, object], name: bytes) -> list[bytes]:
 
 
 @contextmanager
-def locked_index(path: Path) -> Iterator[LockedIndex]:
+def locked_index(path: Path, owner: Path, perm: "SharedPerm | None") -> Iterator[LockedIndex]:
     """Hold `index.lock`, as git does while it commits; raises dulwich's FileLocked."""
-    from dulwich.file import GitFile
-
-    file = GitFile(path, "wb")
-    try:
-        index = LockedIndex(path, file)
-        yield index
-    except BaseException:
-        file.abort()
-        raise
-    index.leave()
+    with locked(path, owner, perm) as file:
+        yield LockedIndex(path, file)

@@ -1,36 +1,53 @@
 """The repository that a workspace is in."""
 
+import hashlib
 import os
-import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
+from adaptbot_cli.adapters.store.git.authoring import new_commit
+from adaptbot_cli.adapters.store.git.heads import head_file, move_head
 from adaptbot_cli.adapters.store.git.history import Commit, commit_from
 from adaptbot_cli.adapters.store.git.index import locked_index
+from adaptbot_cli.adapters.store.git.locks import free
+from adaptbot_cli.adapters.store.git.objects import write_objects
+from adaptbot_cli.adapters.store.git.revisions import commit_at
 from adaptbot_cli.adapters.store.git.snapshot import (
     FOLDER,
     File,
     TreeEntry,
     lookup,
+    new_file,
     read_file,
     tree_with,
 )
-from adaptbot_cli.adapters.store.git.trouble import Moved, busy, busy_message, refuse_format, told
+from adaptbot_cli.adapters.store.git.trouble import busy, busy_message, refuse_format, told
 from adaptbot_cli.errors import KnowledgeError
 
 # dulwich takes a tenth of a second to import, so what needs it imports it.
 if TYPE_CHECKING:
+    from dulwich.index import IndexEntry
     from dulwich.objects import Commit as DulwichCommit
     from dulwich.objects import ObjectID
     from dulwich.repo import Repo as DulwichRepo
 
-_NAME: Final = "adaptbot"
-_EMAIL: Final = "adaptbot@localhost"
 _PATIENCE: Final = 10.0
 _PAUSE: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """What a commit is to change: files as git names them, and contents that are not the disk's."""
+
+    names: Sequence[bytes]
+    contents: Mapping[bytes, bytes]
+    staged: Mapping[bytes, bytes]
+    ready: Callable[[str], None] | None
 
 
 class Repo:
@@ -44,8 +61,6 @@ class Repo:
         self._repo = repo
         self._top = Path(repo.path).resolve()
         self._prefix = PurePosixPath(root.resolve().relative_to(self._top).as_posix())
-        # A commit must not outlive a power cut without its objects.
-        repo.object_store.fsync_object_files = True
 
     @classmethod
     def open_or_init(cls, root: Path, own: bool = False) -> "Repo":
@@ -74,22 +89,74 @@ class Repo:
             head = self._head()
         return head.decode() if head else None
 
-    def commit(self, paths: Sequence[str], message: str, when: datetime | None = None) -> str:
+    def commit(
+        self,
+        paths: Sequence[str],
+        message: str,
+        when: datetime | None = None,
+        contents: Mapping[str, bytes] = MappingProxyType({}),
+        staged: Mapping[str, bytes] = MappingProxyType({}),
+        ready: Callable[[str], None] | None = None,
+    ) -> str:
         """Commit these files as they are on disk (or as gone), and nothing else; give the sha.
 
-        Without a difference to HEAD no commit is made and HEAD's sha given. What else is staged
-        or changed stays as it is. No hook is run. `when` is now if None.
+        `contents` are committed instead of what the disk holds; `staged` goes into the index for a
+        file of which the user has staged something else. `ready` is called with the commit's sha
+        when all of it is stored, just before it is made the checked out one: what raises there
+        makes no commit. Without a difference to HEAD no commit is made and HEAD's sha given. What
+        else is staged or changed stays as it is. No hook is run. `when` is now if None.
         """
-        names = [self._name(path) for path in paths]
+        given = {self._name(path): data for path, data in contents.items()}
+        index = {self._name(path): data for path, data in staged.items()}
+        change = _Change([self._name(path) for path in paths], given, index, ready)
         deadline = time.monotonic() + _PATIENCE
         with told(self._top):
             while True:
                 try:
-                    return self._commit(names, message, when or datetime.now().astimezone())
+                    return self._commit(change, message, when or datetime.now().astimezone())
                 except busy() as error:
                     if time.monotonic() > deadline:
                         raise KnowledgeError(busy_message(self._top, error)) from error
                     time.sleep(_PAUSE)
+
+    def adopt(self, sha: str, paths: Sequence[str]) -> str:
+        """Make a commit that was stored and never became the checked out one; give the sha.
+
+        It is made anew if HEAD has moved meanwhile, and not at all if HEAD holds the same.
+        """
+        with told(self._top):
+            commit = commit_at(self._repo, sha)
+        found = {path: self.read(path, sha) for path in paths}
+        contents = {path: data for path, data in found.items() if data is not None}
+        readable = _readable(commit)
+        return self.commit(
+            paths, commit.message.decode("utf-8", "replace"), readable.when, contents
+        )
+
+    def free(self) -> None:
+        """Remove the locks that a killed run of this workspace has left; call it under `lock`."""
+        with told(self._top):
+            for path, owner in (
+                (Path(self._repo.index_path()), self._owner("index")),
+                (head_file(self._repo), self._owner("head")),
+            ):
+                free(path, owner)
+                owner.unlink(missing_ok=True)
+
+    def _owner(self, what: str) -> Path:
+        """The file that shows whose a lock is: this workspace's."""
+        mark = hashlib.sha256(os.fsencode(str(self._prefix))).hexdigest()[:12]
+        return Path(self._repo.controldir()) / f"adaptbot-{mark}.{what}"
+
+    def staged(self, path: str) -> bytes | None:
+        """Give a file's content in the index, None if it is not there or being merged."""
+        from dulwich.index import IndexEntry
+
+        with told(self._top):
+            index, name = self._repo.open_index(), self._name(path)
+            if name not in index or not isinstance(entry := index[name], IndexEntry):
+                return None
+            return self._repo.object_store[entry.sha].as_raw_string()
 
     def read(self, path: str, rev: str) -> bytes | None:
         """Give a file's content at a revision, None if it is not there.
@@ -99,10 +166,15 @@ class Repo:
         """
         name = self._name(path)
         with told(self._top):
-            found = lookup(self._repo.object_store, self._commit_at(rev).tree, name)
+            found = lookup(self._repo.object_store, commit_at(self._repo, rev).tree, name)
             if found is None or found[0] == FOLDER:
                 return None
             return self._repo.object_store[found[1]].as_raw_string()
+
+    def resolve(self, rev: str) -> str:
+        """Give the sha of a revision. Raises KnowledgeError if there is no such revision."""
+        with told(self._top):
+            return str(commit_at(self._repo, rev).id.decode())
 
     def log(self, paths: Sequence[str] = ()) -> Iterator[Commit]:
         """Give the commits that changed these files or folders (all, if none), newest first."""
@@ -152,86 +224,68 @@ class Repo:
         tree: ObjectID = parse_commit(self._repo, sha).tree
         return tree
 
-    def _commit_at(self, rev: str) -> "DulwichCommit":
-        from dulwich.errors import RefFormatError
-        from dulwich.objectspec import AmbiguousShortId, parse_commit, parse_object
-
-        base = re.split(r"[~^]", rev, maxsplit=1)[0]
-        steps = rev[len(base) :].encode()
-        try:
-            if not base:
-                raise KeyError(rev)
-            commit = parse_commit(self._repo, base)
-            if not steps:
-                return commit
-            return parse_commit(self._repo, parse_object(self._repo, commit.id + steps).id)
-        except AmbiguousShortId as error:
-            raise KnowledgeError(f"{rev!r} is short for several commits; write more.") from error
-        except (KeyError, ValueError, IndexError, AssertionError, RefFormatError) as error:
-            raise KnowledgeError(
-                f"There is no version {rev!r} in {self._top}; `git log` lists them."
-            ) from error
-
-    def _commit(self, names: Sequence[bytes], message: str, when: datetime) -> str:
+    def _commit(self, change: "_Change", message: str, when: datetime) -> str:
         store = self._repo.object_store
-        with locked_index(Path(self._repo.index_path())) as index:
-            index.refuse_conflicts(names)
+        owner = self._owner("index")
+        with locked_index(Path(self._repo.index_path()), owner, store.shared_perm) as index:
+            index.refuse_conflicts(change.names)
             head = self._head()
             tree = self._tree_of(head) if head else None
-            files = {name: self._file(name, lookup(store, tree, name)) for name in names}
-            entries = {name: file.index_entry() if file else None for name, file in files.items()}
-            if index.replace(entries):
+            commit = self._stored(change, head, tree, message, when)
+            if change.ready:
+                change.ready((commit.id if commit else head or b"").decode())
+            # Only now does the disk hold what it will.
+            if index.replace(self._entries(change, tree)):
                 index.save()
-            new_tree = tree_with(store, tree, files)
-            if head and new_tree == tree:
-                return head.decode()
-            return self._add_commit(head, new_tree, message, when).decode()
+            if commit:
+                move_head(self._repo, self._owner("head"), head, commit)
+            return (commit.id if commit else head or b"").decode()
 
-    def _add_commit(
-        self, head: "ObjectID | None", tree: "ObjectID", message: str, when: datetime
-    ) -> "ObjectID":
-        from dulwich.objects import ZERO_SHA
-        from dulwich.objects import Commit as DulwichCommit
-        from dulwich.refs import HEADREF
+    def _stored(
+        self,
+        change: "_Change",
+        head: "ObjectID | None",
+        tree: "ObjectID | None",
+        message: str,
+        when: datetime,
+    ) -> "DulwichCommit | None":
+        """Store all objects of a commit; None if it would not differ from HEAD."""
+        from dulwich.object_store import MemoryObjectStore, OverlayObjectStore
+        from dulwich.objects import Blob
 
-        commit = DulwichCommit()
-        commit.tree, commit.parents = tree, [head] if head else []
-        commit.author, commit.committer = self._identity("AUTHOR"), self._identity("COMMITTER")
-        when = when.astimezone() if when.tzinfo is None else when
-        commit.author_time = commit.commit_time = int(when.timestamp())
-        offset = (when.utcoffset() or timedelta()) // timedelta(minutes=1) * 60
-        commit.author_timezone = commit.commit_timezone = offset
-        text = message.replace("\0", "").strip("\n") + "\n"
-        commit.message = text.encode("utf-8", "replace")
-        self._repo.object_store.add_object(commit)
-        moved = self._repo.refs.set_if_equals(
-            HEADREF,
-            head or ZERO_SHA,
-            commit.id,
-            committer=commit.committer,
-            timestamp=commit.commit_time,
-            timezone=offset,
-            message=b"commit: " + commit.message.split(b"\n")[0],
-        )
-        if not moved:
-            raise Moved
-        return commit.id
+        store, new = self._repo.object_store, MemoryObjectStore()
+        both = OverlayObjectStore([new, store], add_store=new)
+        files = {name: self._to_commit(change, name, tree) for name in change.names}
+        for data in change.staged.values():
+            new.add_object(Blob.from_string(data))
+        new_tree = tree_with(both, tree, files)
+        commit = None
+        if not head or new_tree != tree:
+            commit = new_commit(self._repo, head, new_tree, message, when)
+            new.add_object(commit)
+        write_objects(store, [new[sha] for sha in new])
+        return commit
 
-    def _identity(self, kind: str) -> bytes:
-        name = self._setting(kind, "NAME") or _NAME
-        return f"{name} <{self._setting(kind, 'EMAIL') or _EMAIL}>".encode("utf-8", "replace")
+    def _to_commit(self, change: "_Change", name: bytes, tree: "ObjectID | None") -> File | None:
+        file = self._file(name, lookup(self._repo.object_store, tree, name))
+        data = change.contents.get(name)
+        if data is None:
+            return file
+        return file.holding(data) if file else new_file(data)
 
-    def _setting(self, kind: str, what: str) -> str:
-        """Look a part of an identity up where git does: environment, then configuration."""
-        told = os.environ.get(f"GIT_{kind}_{what}", "")
-        config = self._repo.get_config_stack()
-        for section in (kind.lower(), "user"):
-            if not told:
-                try:
-                    told = config.get((section.encode(),), what.lower().encode()).decode()
-                except KeyError:
-                    continue
-        return re.sub(r"[<>\x00-\x1f]", "", told).strip()
+    def _entries(
+        self, change: "_Change", tree: "ObjectID | None"
+    ) -> "dict[bytes, IndexEntry | None]":
+        """What the index says of the files from now on."""
+        found: dict[bytes, IndexEntry | None] = {}
+        for name in change.names:
+            file = self._to_commit(change, name, tree)
+            data = change.staged.get(name)
+            if data is not None:
+                on_disk = self._file(name, lookup(self._repo.object_store, tree, name))
+                file = on_disk.holding(data) if on_disk else new_file(data)
+            found[name] = file.index_entry() if file else None
+        return found
 
 
 def _readable(commit: "DulwichCommit") -> Commit:
@@ -241,4 +295,5 @@ def _readable(commit: "DulwichCommit") -> Commit:
         commit.author.decode("utf-8", "replace"),
         datetime.fromtimestamp(commit.author_time, zone),
         commit.message.decode("utf-8", "replace"),
+        tuple(parent.decode() for parent in commit.parents),
     )

@@ -24,21 +24,37 @@ TreeEntry: TypeAlias = "tuple[int, ObjectID]"
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """A file as it is on disk."""
+    """A file as it is on disk, or, without `stat`, as it is to be committed."""
 
     mode: int
     blob: "Blob"
-    stat: os.stat_result
+    stat: os.stat_result | None
 
     def tree_entry(self) -> TreeEntry:
         """Give what a tree says about it."""
         return self.mode, self.blob.id
 
     def index_entry(self) -> "IndexEntry":
-        """Give what the index says about it."""
-        from dulwich.index import index_entry_from_stat
+        """Give what the index says about it; git compares one without `stat` by its content."""
+        from dulwich.index import IndexEntry, index_entry_from_stat
 
+        if self.stat is None:
+            return IndexEntry((0, 0), (0, 0), 0, 0, self.mode, 0, 0, 0, self.blob.id)
         return index_entry_from_stat(self.stat, self.blob.id, mode=self.mode)
+
+    def holding(self, data: bytes) -> "File":
+        """Give the same file with this content; it is still itself if that is its content."""
+        from dulwich.objects import Blob
+
+        blob = Blob.from_string(data)
+        return self if blob.id == self.blob.id else File(self.mode, blob, None)
+
+
+def new_file(data: bytes) -> File:
+    """Give a file that is not on disk."""
+    from dulwich.objects import Blob
+
+    return File(_FILE, Blob.from_string(data), None)
 
 
 def read_file(top: Path, name: bytes, *, filemode: bool, before: "TreeEntry | None") -> File | None:

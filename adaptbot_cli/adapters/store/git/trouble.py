@@ -1,6 +1,8 @@
 """What can go wrong with a repository, as sentences."""
 
 import os
+import struct
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,7 +50,7 @@ def busy_message(top: Path, error: Exception) -> str:
 @contextmanager
 def told(place: Path) -> Iterator[None]:
     """Turn errors of the disk and of a damaged repository into a sentence."""
-    from dulwich.errors import ChecksumMismatch, FileFormatException
+    from dulwich.errors import ChecksumMismatch, FileFormatException, RefFormatError
     from dulwich.repo import UnsupportedExtension, UnsupportedVersion
 
     try:
@@ -61,9 +63,17 @@ def told(place: Path) -> Iterator[None]:
     except (
         ChecksumMismatch,
         FileFormatException,
+        RefFormatError,
         UnsupportedExtension,
         UnsupportedVersion,
     ) as error:
         raise KnowledgeError(
             f"The git repository of {place} cannot be read: {error}; `git fsck` tells more."
+        ) from error
+    except (KeyError, ValueError, AssertionError, IndexError, struct.error, zlib.error) as error:
+        # What dulwich raises where an object, a ref or the index is missing or is not what it
+        # should be.
+        raise KnowledgeError(
+            f"The git repository of {place} is damaged ({type(error).__name__}); `git fsck` tells "
+            "where. Restore it, or move its .git away: the next run begins a new one."
         ) from error

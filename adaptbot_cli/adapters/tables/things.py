@@ -22,9 +22,15 @@ def everything(kg: Kg, groups: list[tuple[Kind, list[Thing]]]) -> RenderableType
     return Group(*parts)
 
 
-def members(kg: Kg, kind: Kind, things: list[Thing]) -> RenderableType:
-    """Show the things of one class."""
-    return Group(_heading(kind, len(things)), _listing(kg, things))
+def members(kg: Kg, kind: Kind, things: list[Thing], about: dict[str, Any]) -> RenderableType:
+    """Show the things of one class, and what is asked of a new one."""
+    parts: list[RenderableType] = [_heading(kind, len(things)), _listing(kg, things)]
+    if about["about"]:
+        parts.insert(1, Text(about["about"], "dim"))
+    if about["asked"]:
+        asked = ", ".join(entry["label"] for entry in about["asked"])
+        parts.append(Text.assemble(("asked of a new one  ", "dim"), asked))
+    return Group(*parts)
 
 
 def _heading(kind: Kind, count: int) -> Text:

@@ -1,0 +1,132 @@
+"""What one run may spend on its model: tokens, money, and seconds of waiting for it."""
+
+import time
+from dataclasses import dataclass, field
+
+from adaptbot_cli.errors import ModelError
+
+SECONDS = 300.0
+"""How long the model of one run may take, all its answers together, unless it is said."""
+
+ONE_ANSWER = 120.0
+"""How many seconds one answer may take."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The most that a run may spend: prompt and completion tokens, US dollars, seconds."""
+
+    tokens: int | None = None
+    cost_usd: float | None = None
+    seconds: float = SECONDS
+
+
+@dataclass(frozen=True, slots=True)
+class Price:
+    """US dollars for one token of a prompt, and of an answer."""
+
+    prompt: float = 0.0
+    completion: float = 0.0
+
+    def of(self, prompt: int, completion: int) -> float:
+        """Return what so many tokens cost."""
+        return prompt * self.prompt + completion * self.completion
+
+
+@dataclass(frozen=True, slots=True)
+class Spent:
+    """What answers have cost: how many there were, whole or cut; tokens; dollars if known."""
+
+    calls: int = 0
+    prompt_tokens: int = 0
+    completion_tokens: int = 0
+    cost_usd: float | None = None
+
+    def __add__(self, other: "Spent") -> "Spent":
+        costs = [cost for cost in (self.cost_usd, other.cost_usd) if cost is not None]
+        return Spent(
+            self.calls + other.calls,
+            self.prompt_tokens + other.prompt_tokens,
+            self.completion_tokens + other.completion_tokens,
+            sum(costs) if costs else None,
+        )
+
+    @property
+    def tokens(self) -> int:
+        """Prompt and completion tokens together."""
+        return self.prompt_tokens + self.completion_tokens
+
+
+@dataclass(slots=True)
+class Budget:
+    """What a run has spent of its limits. Time counts only while the model is waited for."""
+
+    limits: Limits = field(default_factory=Limits)
+    answers: list[Spent] = field(default_factory=list)
+    waited: float = 0.0
+    _since: float | None = None
+
+    def start(self) -> None:
+        """Begin to wait for the model."""
+        self._since = time.monotonic()
+
+    def stop(self) -> None:
+        """End the waiting."""
+        self.waited, self._since = self.limits.seconds - self.seconds_left, None
+
+    @property
+    def seconds_left(self) -> float:
+        """How long the model may still be waited for."""
+        now = 0.0 if self._since is None else time.monotonic() - self._since
+        return self.limits.seconds - self.waited - now
+
+    @property
+    def limited(self) -> bool:
+        """Whether tokens must be counted before they are spent."""
+        return self.limits.tokens is not None or self.limits.cost_usd is not None
+
+    @property
+    def spent(self) -> Spent:
+        """What all answers have cost."""
+        return sum(self.answers, start=Spent())
+
+    def room(self, prompt: int, price: Price | None) -> int | None:
+        """Return how many tokens an answer to a prompt of so many tokens may have; None: any.
+
+        Raises:
+            ModelError: nothing is left for it, or the price is not known that --max-cost needs.
+        """
+        rooms = []
+        if self.limits.tokens is not None:
+            left = self.limits.tokens - self.spent.tokens
+            rooms.append(left - prompt)
+            if rooms[-1] < _LEAST:
+                raise ModelError(
+                    f"The token budget is used up: {self.spent.tokens} of {self.limits.tokens} are "
+                    f"spent, and the next prompt has {prompt}. Give more with --max-tokens."
+                )
+        if self.limits.cost_usd is not None:
+            rooms.append(self._affordable(self.limits.cost_usd, prompt, price))
+        return min(rooms, default=None)
+
+    def _affordable(self, limit: float, prompt: int, price: Price | None) -> int:
+        if price is None:
+            raise ModelError(
+                "No price is known for this model, so --max-cost cannot be kept. "
+                "Limit it with --max-tokens instead."
+            )
+        spent = self.spent.cost_usd or 0.0
+        left = limit - spent - price.of(prompt, 0)
+        if left < price.of(0, _LEAST):
+            raise ModelError(
+                f"The money is used up: ${spent:.5f} of ${limit:.5f} is spent, and the next prompt "
+                f"costs ${price.of(prompt, 0):.5f}. Give more with --max-cost."
+            )
+        return int(left / price.completion) if price.completion else _MOST
+
+
+_LEAST = 16
+"""An answer of fewer tokens can be no plan: it is not asked for."""
+
+_MOST = 1_000_000
+"""More tokens than any answer has."""

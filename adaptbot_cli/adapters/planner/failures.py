@@ -1,0 +1,179 @@
+"""What goes wrong with a model, in sentences of ours, and whether it is worth another try.
+
+A provider's own words may echo a key, so they are only quoted where they help (a wrong request),
+and never without what looks like a secret cut out (`scrub`).
+"""
+
+import difflib
+import email.utils
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from urllib.request import getproxies
+
+from adaptbot_cli.adapters.planner.scrub import Secrets
+from adaptbot_cli.adapters.planner.servers import is_here
+from adaptbot_cli.adapters.planner.streaming import LONGEST, TooLong, TooSlow
+from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.errors import ModelError
+
+WITHOUT_MODEL = "`--model library` plans without a model."
+_NETWORK = ("ConnectError", "ConnectTimeout", "ReadError", "RemoteProtocolError", "WriteError",
+            "ProxyError", "ReadTimeout", "ConnectionError")  # fmt: skip
+_NO_HOST = ("name or service not known", "nodename nor servname", "getaddrinfo",
+            "temporary failure in name resolution", "no address associated")  # fmt: skip
+
+
+class Failure(Exception):
+    """Why an answer failed; `again`: another try may help, after `wait` seconds if that is told."""
+
+    def __init__(self, why: str, again: bool = False, wait: float | None = None) -> None:
+        super().__init__(why)
+        self.why, self.again, self.wait = why, again, wait
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """Which model was called: its name, where if that is known, and what must not be told."""
+
+    model: str
+    address: str | None
+    secrets: Secrets
+
+    def sentence(self, why: str) -> str:
+        """Say that there is no plan, and why."""
+        return f"The model {self.model} gave no plan: {why}. {WITHOUT_MODEL}"
+
+    @property
+    def place(self) -> str:
+        """Where the model is, as a person may be told."""
+        return self.secrets.detail(self.address) if self.address else "its provider"
+
+
+def our_own(error: BaseException) -> ModelError | None:
+    """Return the sentence of the model on board that an error of litellm's is wrapped around."""
+    return next((cause for cause in _causes(error) if isinstance(cause, ModelError)), None)
+
+
+def failure(error: BaseException, called: Called, known: Callable[[], Iterable[str]]) -> Failure:
+    """Return what an error of litellm's or of the reading means; `known` tells models' names."""
+    if isinstance(error, Failure):
+        return error
+    kind, causes = type(error).__name__, list(_causes(error))
+    if isinstance(error, TooSlow):
+        return Failure("it took too long", again=True)
+    if isinstance(error, TooLong):
+        return Failure(f"its answer is longer than {LONGEST:,} characters, which no plan is")
+    if any(type(cause).__name__ == "JSONDecodeError" for cause in causes):
+        return Failure(f"{called.place} does not speak the OpenAI protocol: it sent broken JSON")
+    if kind == "NotFoundError" or _no_provider(error):
+        return Failure(_wrong_name(error, called, known()))
+    status = getattr(error, "status_code", None)
+    told = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
+    if told is not None:
+        return Failure(told.format(detail=_quoted(error, called)))
+    if kind == "RateLimitError" and not _used_up(error):
+        return Failure("it is limiting requests (429)", True, _retry_after(error))
+    if kind == "RateLimitError":
+        return Failure("the account has no credit or quota left; see the provider's billing page")
+    if _is_network(error, causes):
+        return Failure(_unreachable(causes, called), again=not _nobody_there(causes))
+    if isinstance(status, int) and status >= 500:
+        shown = "" if kind == "APIConnectionError" else f" ({status})"
+        return Failure(f"{called.place} failed{shown}", True, _retry_after(error))
+    if kind == "Timeout":
+        return Failure("it took too long", again=True)
+    return Failure(f"the call failed ({kind}){_quoted(error, called)}")
+
+
+_REFUSALS = {
+    "AuthenticationError": "the provider refused the key; set the right one in its variable",
+    "PermissionDeniedError": "this key may not use the model",
+    "ContextWindowExceededError": "the prompt is too long for its context{detail}",
+    "ContentPolicyViolationError": "the provider refused the content",
+    "BadRequestError": "the request was refused{detail}",
+    "UnprocessableEntityError": "the request was refused{detail}",
+    "UnsupportedParamsError": "it does not take a parameter{detail}",
+}
+
+_STATUSES = {
+    401: _REFUSALS["AuthenticationError"],
+    402: "the account has no credit left; see the provider's billing page",
+    403: _REFUSALS["PermissionDeniedError"],
+}
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    """The error and what it came from."""
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
+        error = getattr(error, "original_exception", None) or error.__cause__ or error.__context__
+
+
+def _no_provider(error: BaseException) -> bool:
+    return "LLM Provider NOT provided" in str(error)
+
+
+def _wrong_name(error: BaseException, called: Called, known: Iterable[str]) -> str:
+    names = list(known)
+    bare = called.model.rpartition("/")[2]
+    near = difflib.get_close_matches(called.model, names, 3, 0.6)
+    near += [name for name in difflib.get_close_matches(bare, names, 3, 0.6) if name not in near]
+    meant = f"; did you mean {sentence_list(near[:3], 3)}?" if near else ""
+    if _no_provider(error):
+        form = "a model is named with its provider, such as ollama/llama3.2 or gpt-4o"
+        return f"no provider is known for this name{meant or ': ' + form}".rstrip("?")
+    served = f"; it has {sentence_list(names, 4)}" if not near and 0 < len(names) < 30 else ""
+    return f"{called.place} has no model of this name{meant or served}".rstrip("?")
+
+
+def _quoted(error: BaseException, called: Called) -> str:
+    """The provider's own words, scrubbed, in brackets."""
+    body = getattr(error, "body", None)
+    told = body.get("message") if isinstance(body, dict) else None
+    words = str(told or getattr(error, "message", "") or "")
+    words = words.rpartition("Exception - ")[2]
+    return f' ("{called.secrets.detail(words)}")' if words else ""
+
+
+def _used_up(error: BaseException) -> bool:
+    return "insufficient_quota" in str(error) or "exceeded your current quota" in str(error)
+
+
+def _retry_after(error: BaseException) -> float | None:
+    """How many seconds the provider asks to wait: given as such, or as a date."""
+    response = getattr(error, "response", None)
+    for headers in (getattr(error, "litellm_response_headers", None),
+                    getattr(response, "headers", None)):  # fmt: skip
+        told = str((headers or {}).get("retry-after") or "").strip()
+        when = email.utils.parsedate_tz(told) if told else None
+        if when is not None:
+            return max(email.utils.mktime_tz(when) - time.time(), 0.0)
+        if told.replace(".", "", 1).isdecimal():
+            return float(told)
+    return None
+
+
+def _is_network(error: BaseException, causes: list[BaseException]) -> bool:
+    found = any(type(cause).__name__ in _NETWORK for cause in causes)
+    return found or "Connection error" in str(error)
+
+
+def _nobody_there(causes: Iterable[BaseException]) -> bool:
+    """Whether another try is in vain: nothing listens there, or the host has no address."""
+    said = " ".join(str(cause).lower() for cause in causes)
+    return "connection refused" in said or any(told in said for told in _NO_HOST)
+
+
+def _unreachable(causes: list[BaseException], called: Called) -> str:
+    said = " ".join(str(cause).lower() for cause in causes)
+    if "connection refused" in said and is_here(called.address or ""):
+        return f"nothing listens at {called.place}; start the server, or correct --api-base"
+    if "connection refused" in said:
+        or_proxy = ", or the proxy that HTTP_PROXY or HTTPS_PROXY names" if getproxies() else ""
+        return f"{called.place}{or_proxy} refused the connection"
+    if any(told in said for told in _NO_HOST):
+        return f"no network, or no such host: {called.place} cannot be found"
+    return f"the connection to {called.place} was lost"

@@ -1,0 +1,153 @@
+"""litellm, imported late and kept quiet: one place for all that is asked of it."""
+
+import logging
+import os
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from adaptbot_cli.adapters.planner.budget import Price, Spent
+from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
+from adaptbot_cli.errors import ModelError
+
+_LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
+_FREE = ("ollama/", "ollama_chat/", "local/")
+_NO_KEY = "none"
+"""What is sent to a server of one's own where no key is set: the OpenAI client insists on one."""
+
+
+def load() -> Any:
+    """Import litellm: with its bundled price list, so that no network is needed, and its logging
+    off, which could show a request with its key. Raises ModelError."""
+    os.environ.setdefault("LITELLM_LOCAL_MODEL_COST_MAP", "True")
+    os.environ.pop("LITELLM_LOG", None)
+    os.environ.pop("OPENAI_LOG", None)
+    _straight_to_this_machine()
+    try:
+        import litellm
+    except ImportError as error:
+        raise ModelError(f"litellm cannot be imported ({error}); see `adaptbot doctor`") from None
+
+    litellm.suppress_debug_info = True
+    litellm.telemetry = False
+    litellm.turn_off_message_logging = True
+    litellm.disable_hf_tokenizer_download = True
+    for name in _LOGGERS:
+        logging.getLogger(name).disabled = True
+    return litellm
+
+
+def load_early() -> None:
+    """Begin to import litellm, which takes seconds, beside whatever comes next."""
+    threading.Thread(target=_load_quietly, daemon=True).start()
+
+
+def _load_quietly() -> None:
+    try:
+        load()
+    except Exception:  # it is told where the model is called, which imports it again
+        return
+
+
+def _straight_to_this_machine() -> None:
+    """Keep requests to this machine from any proxy that the environment names."""
+    said = os.environ.get("no_proxy") or os.environ.get("NO_PROXY") or ""
+    names = [name.strip() for name in said.split(",") if name.strip()]
+    names += [host for host in LOOPBACK if host not in names]
+    os.environ["no_proxy"] = os.environ["NO_PROXY"] = ",".join(names)
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """How a model is asked: its sampling, and the server if it is one of the user's own."""
+
+    temperature: float = 0.0
+    seed: int = 0
+    api_base: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Provider:
+    """A model as litellm reaches it."""
+
+    litellm: Any
+    model: str
+    asking: Asking
+
+    def missing_keys(self) -> list[str]:
+        """The environment variables with a key that the model needs and that are not set."""
+        if self.asking.api_base:
+            return []
+        needed = self.litellm.validate_environment(self.model)["missing_keys"]
+        return [name for name in needed if "KEY" in name or "TOKEN" in name]
+
+    def stream(self, messages: list[dict[str, str]], seconds: float, room: int | None) -> Any:
+        """Ask, and return litellm's stream. Its own retries are off: they would be neither said
+        nor counted, and cover no stream that breaks."""
+        own = {"api_base": self.asking.api_base} if self.asking.api_base else {}
+        if own and self.missing_key_of_own_server():
+            own["api_key"] = _NO_KEY
+        return self.litellm.completion(
+            model=self.model,
+            messages=messages,
+            temperature=self.asking.temperature,
+            seed=self.asking.seed,
+            stream=True,
+            stream_options={"include_usage": True},
+            timeout=seconds,
+            max_retries=0,
+            num_retries=0,
+            drop_params=True,
+            **({} if room is None else {"max_tokens": room}),
+            **own,
+        )
+
+    def missing_key_of_own_server(self) -> bool:
+        """Whether an OpenAI-compatible server is to be asked without any key."""
+        return self.model.startswith("openai/") and not os.environ.get("OPENAI_API_KEY")
+
+    def whole(self, chunks: list[Any], messages: list[dict[str, str]]) -> tuple[Any, Spent]:
+        """Build an answer from its chunks, and tell what it cost: as told, or else as counted."""
+        try:
+            whole = self.litellm.stream_chunk_builder(chunks, messages=messages)
+        except Exception:  # chunks of a form that litellm streams but cannot put together
+            return None, Spent(1)
+        usage = getattr(whole, "usage", None)
+        prompt = int(getattr(usage, "prompt_tokens", 0) or 0)
+        completion = int(getattr(usage, "completion_tokens", 0) or 0)
+        return whole, Spent(1, prompt, completion, self._cost(whole))
+
+    def _cost(self, whole: Any) -> float | None:
+        """What an answer cost in US dollars, as litellm has it, which knows of cached prompts."""
+        if self._is_free:
+            return 0.0
+        try:
+            return round(float(self.litellm.completion_cost(whole, model=self.model)), 8)
+        except Exception:  # litellm raises a bare one for a model that it does not know
+            return None
+
+    @property
+    def _is_free(self) -> bool:
+        return self.model.startswith(_FREE) or is_here(self.asking.api_base or "")
+
+    def tokens(self, messages: list[dict[str, str]]) -> int:
+        """Count the tokens of a prompt."""
+        return int(self.litellm.token_counter(model=self.model, messages=messages))
+
+    def price(self) -> Price | None:
+        """What a token costs: nothing on this machine; None if nobody knows."""
+        if self._is_free:
+            return Price()
+        try:
+            told = self.litellm.get_model_info(self.model)
+            return Price(float(told["input_cost_per_token"]), float(told["output_cost_per_token"]))
+        except Exception:  # litellm raises a bare one for a model that it does not know
+            return None
+
+    def names(self) -> Iterable[str]:
+        """The names of the models that could be meant: the server's, or those litellm knows."""
+        if self.asking.api_base:
+            return [f"openai/{name}" for name in served(self.asking.api_base)]
+        known: Mapping[str, Mapping[str, Any]] = self.litellm.model_cost
+        return [name for name, told in known.items() if told.get("mode") == "chat"]

@@ -1,0 +1,120 @@
+"""One answer of a model, read piece by piece within a time limit that holds whatever happens."""
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+LONGEST = 100_000
+"""More characters than any plan has: an answer is read no further."""
+
+
+class TooSlow(Exception):
+    """The time was up before the answer was whole."""
+
+
+class TooLong(Exception):
+    """The answer goes on and on."""
+
+
+class Pieces(Protocol):
+    """What litellm streams: its chunks."""
+
+    def __iter__(self) -> Iterator[Any]: ...
+
+
+@dataclass(slots=True)
+class Answer:
+    """What came of an answer so far. `ended` is the reason that the model gave, if it gave one."""
+
+    chunks: list[Any] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+    size: int = 0
+    ended: str | None = None
+
+    def take(self, chunk: Any) -> str:
+        """Keep a chunk; return the text in it. Raises TooLong."""
+        self.chunks.append(chunk)
+        if not chunk.choices:
+            return ""
+        delta = chunk.choices[0].delta
+        calls = getattr(delta, "tool_calls", None) or ()
+        self.size += sum(len(call.function.arguments or "") for call in calls if call.function)
+        self.size += len(getattr(delta, "reasoning_content", None) or "")
+        piece = str(delta.content or "")
+        self.text.append(piece)
+        self.size += len(piece)
+        if self.size > LONGEST:
+            raise TooLong
+        return piece
+
+
+def read(
+    ask: Callable[[], Iterable[Any]], seconds: float, show: Callable[[str], None], into: Answer
+) -> None:
+    """Read an answer to its end into `into`, showing its text as it comes.
+
+    The reading has a thread of its own, because no timeout of a socket ends a name that is never
+    resolved or a server that sends a byte now and then; and because Ctrl-C then stops it at once.
+    A thread left behind closes its connection at the next piece, or when its socket times out.
+
+    Raises:
+        TooSlow: the seconds are over. TooLong: it is no plan. Or whatever `ask` raises.
+    """
+    pieces: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    stop = threading.Event()
+    reader = threading.Thread(target=_read, args=(ask, pieces, stop), daemon=True)
+    until = time.monotonic() + seconds
+    reader.start()
+    try:
+        while True:
+            try:
+                chunk = pieces.get(timeout=max(until - time.monotonic(), 0.001))
+            except queue.Empty:
+                raise TooSlow from None
+            if isinstance(chunk, _End):
+                into.ended = chunk.reason
+                if chunk.error is not None:
+                    raise chunk.error
+                return
+            piece = into.take(chunk)
+            if piece:
+                show(piece)
+    finally:
+        stop.set()
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    reason: str | None = None
+    error: BaseException | None = None
+
+
+def _read(
+    ask: Callable[[], Iterable[Any]], pieces: "queue.SimpleQueue[Any]", stop: threading.Event
+) -> None:
+    try:
+        stream = ask()
+        try:
+            for chunk in stream:
+                if stop.is_set():
+                    break
+                pieces.put(chunk)
+        finally:
+            _close(stream)
+    except BaseException as error:
+        pieces.put(_End(error=error))
+    else:
+        # litellm says "stop" of itself where a stream has just ended; this is what really came.
+        pieces.put(_End(getattr(stream, "received_finish_reason", None)))
+
+
+def _close(stream: Any) -> None:
+    """Close the connection under litellm's wrapper, which has no way of its own to do it."""
+    for owner in (getattr(stream, "completion_stream", None), stream):
+        close = getattr(owner, "close", None)
+        if callable(close):
+            close()
+            return

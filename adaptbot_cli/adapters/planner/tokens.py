@@ -1,0 +1,47 @@
+"""Counts tokens as a model's own tokenizer does, without a network."""
+
+import os
+from collections.abc import Iterable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+PER_MESSAGE, PER_ANSWER = 3, 3
+"""What each message, and the answer's start, add in the chat format of OpenAI's models."""
+
+BUNDLED, USUAL = ("o200k_base", "cl100k_base"), "cl100k_base"
+"""The encodings that come along, and the one for models that have none of them."""
+
+
+@cache
+def _encoding(model: str) -> Any:
+    # litellm carries the encodings; importing it to ask where they are would take seconds.
+    litellm = find_spec("litellm")
+    if litellm is not None and litellm.origin is not None:
+        folder = Path(litellm.origin).parent / "litellm_core_utils" / "tokenizers"
+        os.environ.setdefault("TIKTOKEN_CACHE_DIR", str(folder))
+    import tiktoken
+
+    try:
+        name = tiktoken.encoding_name_for_model(model.rsplit("/", 1)[-1])
+    except KeyError:
+        name = USUAL
+    return tiktoken.get_encoding(name if name in BUNDLED else USUAL)
+
+
+def encoding_name(model: str) -> str:
+    """Return the name of the encoding that a model's texts are counted with."""
+    return str(_encoding(model).name)
+
+
+def of_text(model: str, text: str) -> int:
+    """Return the number of tokens of a text."""
+    return len(_encoding(model).encode(text, disallowed_special=()))
+
+
+def of_messages(model: str, messages: Iterable[dict[str, str]]) -> int:
+    """Return the number of tokens of chat messages, as a provider counts a prompt."""
+    return PER_ANSWER + sum(
+        PER_MESSAGE + sum(of_text(model, part) for part in message.values()) for message in messages
+    )

@@ -1,0 +1,179 @@
+"""Graphs from files and to files: Turtle, N-Triples, JSON-LD, RDF/XML; queries and updates."""
+
+import io
+import json
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyoxigraph
+from rdflib import BNode, Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.adapters.store.turtle import serialize
+from adaptbot_cli.core.terms import Triple, node_of
+from adaptbot_cli.errors import KnowledgeError, UsageError
+
+FORMATS: Mapping[str, Any] = {
+    "turtle": None,
+    "nt": pyoxigraph.RdfFormat.N_TRIPLES,
+    "json-ld": pyoxigraph.RdfFormat.JSON_LD,
+    "xml": pyoxigraph.RdfFormat.RDF_XML,
+}
+_BY_SUFFIX = {
+    ".nt": pyoxigraph.RdfFormat.N_TRIPLES,
+    ".jsonld": pyoxigraph.RdfFormat.JSON_LD,
+    ".rdf": pyoxigraph.RdfFormat.RDF_XML,
+    ".xml": pyoxigraph.RdfFormat.RDF_XML,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """The triples of some files, and the prefixes that they declare."""
+
+    triples: tuple[Triple, ...]
+    prefixes: Mapping[str, str]
+
+
+def read_graph(paths: Sequence[Path]) -> Given:
+    """Read graphs from files: Turtle, or what the name's ending says.
+
+    Raises:
+        KnowledgeError: one cannot be read or is not valid; the message names it and the line.
+    """
+    triples: list[Triple] = []
+    prefixes: dict[str, str] = {}
+    for path in paths:
+        try:
+            data = path.read_bytes()
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise KnowledgeError(f"cannot read {path}: {reason}") from error
+        try:
+            form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
+            parser = pyoxigraph.parse(io.BytesIO(data), format=form)
+            triples += [_triple(quad.triple) for quad in parser]
+            prefixes |= parser.prefixes
+        except (SyntaxError, ValueError) as error:
+            problem = error.msg if isinstance(error, SyntaxError) else error
+            line = getattr(error, "lineno", None)
+            where = f", line {line}" if line else ""
+            raise KnowledgeError(f"{path}{where}: this is no valid graph: {problem}") from error
+    return Given(tuple(triples), prefixes)
+
+
+def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str]) -> bytes:
+    """Write a graph in a format of `FORMATS`; the same graph gives the same bytes."""
+    if form == "turtle":
+        return serialize(triples, prefixes).encode("utf-8")
+    dataset = pyoxigraph.Dataset(pyoxigraph.Quad(*map(term, triple)) for triple in set(triples))
+    dataset.canonicalize(pyoxigraph.CanonicalizationAlgorithm.RDFC_1_0)
+    ordered = sorted((quad.triple for quad in dataset), key=str)
+    known = {} if form == "nt" else dict(prefixes)
+    data = pyoxigraph.serialize(ordered, format=FORMATS[form], prefixes=known) or b""
+    if form == "json-ld":
+        return (json.dumps(json.loads(data), ensure_ascii=False, indent=1) + "\n").encode("utf-8")
+    return data if data.endswith(b"\n") else data + b"\n"
+
+
+def term(node: Node) -> Any:
+    """Return a term as the engine's. Raises KnowledgeError for what is no term."""
+    try:
+        if isinstance(node, BNode):
+            return pyoxigraph.BlankNode("b" + str(node).encode().hex())
+        if isinstance(node, URIRef):
+            return pyoxigraph.NamedNode(str(node))
+        if isinstance(node, Literal):
+            datatype = pyoxigraph.NamedNode(str(node.datatype)) if node.datatype else None
+            return pyoxigraph.Literal(str(node), datatype=datatype, language=node.language)
+    except ValueError as error:
+        raise KnowledgeError(f"{str(node)!r} cannot stand in a graph: {error}") from error
+    raise KnowledgeError(f"{node!r} is neither an IRI nor a literal")
+
+
+def _triple(triple: pyoxigraph.Triple) -> Triple:
+    return node_of(triple.subject), node_of(triple.predicate), node_of(triple.object)
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """What a query gave: rows of terms under their variables, a yes or no, or a graph.
+
+    `json` is the SPARQL 1.1 JSON form of rows and of a yes or no.
+    """
+
+    variables: tuple[str, ...] = ()
+    rows: tuple[tuple[Node | None, ...], ...] = ()
+    truth: bool | None = None
+    graph: frozenset[Triple] | None = None
+    json: str = ""
+
+
+def ask(
+    graphs: Mapping[str, Collection[Triple]], query: str, prefixes: Mapping[str, str]
+) -> Answered:
+    """Answer a SPARQL query over named graphs, all of which the default graph holds too.
+
+    Raises:
+        UsageError: it is no valid query.
+    """
+    store = _store(graphs)
+    try:
+        found = store.query(query, prefixes=dict(prefixes))
+        if isinstance(found, pyoxigraph.QueryTriples):
+            return Answered(graph=frozenset(_triple(triple) for triple in found))
+        form = pyoxigraph.QueryResultsFormat.JSON
+        told = (found.serialize(format=form) or b"").decode("utf-8")
+        if isinstance(found, pyoxigraph.QueryBoolean):
+            return Answered(truth=bool(found), json=told)
+        again: Any = store.query(query, prefixes=dict(prefixes))
+        names = tuple(variable.value for variable in again.variables)
+        rows = tuple(tuple(_value(value) for value in row) for row in again)
+        return Answered(names, rows, json=told)
+    except (SyntaxError, ValueError, OSError) as error:
+        raise _invalid(error) from error
+
+
+def update(
+    facts: Iterable[Triple], classes: Iterable[Triple], text: str, prefixes: Mapping[str, str]
+) -> frozenset[Triple]:
+    """Return the facts as a SPARQL update would leave them; nothing is changed.
+
+    Raises:
+        UsageError: it is no valid update, names a graph, or would change the classes.
+    """
+    schema = set(classes)
+    store = pyoxigraph.Store()
+    store.extend(pyoxigraph.Quad(*map(term, triple)) for triple in {*facts, *schema})
+    try:
+        store.update(text, prefixes=dict(prefixes))
+    except (SyntaxError, ValueError, OSError) as error:
+        raise _invalid(error) from error
+    quads = list(store)
+    if any(not isinstance(quad.graph_name, pyoxigraph.DefaultGraph) for quad in quads):
+        raise UsageError(
+            "write facts without GRAPH: which graph each belongs to is said by its predicate"
+        )
+    found = frozenset(_triple(quad.triple) for quad in quads)
+    if not schema <= found:
+        raise UsageError("classes are declared in domain.ttl; edit that file to change them")
+    return found - schema
+
+
+def _store(graphs: Mapping[str, Collection[Triple]]) -> pyoxigraph.Store:
+    store = pyoxigraph.Store()
+    for name, triples in graphs.items():
+        graph = pyoxigraph.NamedNode(name)
+        for place in (graph, pyoxigraph.DefaultGraph()):
+            store.extend(pyoxigraph.Quad(term(s), term(p), term(o), place) for s, p, o in triples)
+    return store
+
+
+def _value(value: Any) -> Node | None:
+    return None if value is None else node_of(value)
+
+
+def _invalid(error: Exception) -> UsageError:
+    return UsageError(f"this is no valid SPARQL: {' '.join(str(error).split())}")

@@ -1,0 +1,1 @@
+"""Tables of the knowledge graph for the terminal: things, changes, where facts come from."""

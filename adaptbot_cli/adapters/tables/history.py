@@ -1,0 +1,128 @@
+"""Who taught what and when, for the terminal."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from adaptbot_cli.adapters.tables.changes import difference
+from adaptbot_cli.adapters.tables.words import count, indented, joined, minute, said
+from adaptbot_cli.core.changes import Words
+from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id
+from adaptbot_cli.core.terms import Triple
+
+_SOURCES = {
+    "pack": "came with the {domain} pack",
+    "start": "was there when the versions began",
+    "state": "the state that an executed plan left",
+    "hand edit": "edited by hand",
+    "import": "imported",
+    "retract": "retracted",
+    "revert": "reverted",
+    "update": "changed by a SPARQL update",
+    "git": "committed with git",
+    "uncommitted": "edited by hand, not committed yet",
+}
+
+
+def log(chapters: Sequence[Chapter], words: Words, detailed: bool) -> RenderableType:
+    """Show what each commit taught, newest first; with `detailed` every fact of it."""
+    parts: list[RenderableType] = []
+    for chapter in chapters:
+        parts.append(_head(chapter))
+        if chapter.start:
+            told = f"{count(len(chapter.changes.delta.added), 'fact')} to begin with"
+            parts.append(indented([(Text(told, "dim"),)]))
+        elif detailed or not chapter.answers:
+            known = words.also(chapter.changes.delta.added).also(chapter.changes.delta.removed)
+            parts.append(indented([(difference(chapter.changes, known, 12),)]))  # type: ignore[list-item]
+        else:
+            parts.append(indented(_answers(chapter)))
+            rest = _beside(chapter)
+            parts += [indented([(rest,)])] if rest else []
+    return Group(*parts)
+
+
+def _head(chapter: Chapter) -> RenderableType:
+    origin = chapter.origin
+    told = joined((chapter.by(), origin.task, origin.planner), "")
+    first = Text.assemble((origin.revision[:7], "yellow"), f"  {minute(origin.when)}  ", told)
+    if chapter.answers:
+        return first
+    return Group(first, indented([(said(origin.subject, "bold"),)]))
+
+
+def _answers(chapter: Chapter) -> Iterable[tuple[Text, ...]]:
+    for told, sentence in zip(chapter.answers, chapter.sentences, strict=True):
+        yield Text(answer_id(chapter.origin.revision, told.number), "dim"), said(sentence)
+
+
+def _beside(chapter: Chapter) -> Text | None:
+    """What a run's commit took along that no answer taught."""
+    told = sum(len(answer.facts) for answer in chapter.answers)
+    delta = chapter.changes.delta
+    more = len(delta.added) + len(delta.removed) - told
+    entries = [f"{entry.file}: {entry.name} {entry.sign}" for entry in chapter.changes.entries]
+    parts = [*([f"{count(more, 'fact')} edited by hand"] if more > 0 else []), *entries]
+    return said(f"and {', '.join(parts)}", "dim") if parts else None
+
+
+def why(
+    name: str,
+    facts: Mapping[Triple, Origin],
+    past: Sequence[Turnover],
+    words: Words,
+) -> RenderableType:
+    """Show where facts come from: one block an origin, the pack's last."""
+    by_origin: dict[Origin, list[Triple]] = {}
+    for triple, origin in facts.items():
+        by_origin.setdefault(origin, []).append(triple)
+    ordered = sorted(by_origin, key=lambda origin: (origin.when, origin.answer), reverse=True)
+    parts: list[RenderableType] = [said(name, "bold")]
+    for origin in ordered:
+        triples = sorted(by_origin[origin], key=lambda t: words.order(t[1]))
+        parts += [origin_of(origin, words), indented(_fact(t, words) for t in triples)]
+    if past:
+        parts += [Text("before and since", "bold"), indented(_past(past, words))]
+    return Group(*parts)
+
+
+def origin_of(origin: Origin, words: Words) -> RenderableType:
+    """Show where something comes from: question and answer, or what else made it so."""
+    about = (
+        origin.answer or origin.revision[:7],
+        origin.by or origin.author,
+        minute(origin.at or origin.when),
+        origin.task,
+        origin.planner,
+        origin.transcript,
+    )
+    if origin.source != "answer":
+        told = _SOURCES.get(origin.source, origin.source).format(domain=words.domain.name)
+        lines = [Text(told, "cyan")]
+        if origin.source in ("import", "git", "hand edit", "revert", "update", "retract"):
+            lines.append(said(origin.subject))
+    else:
+        lines = [
+            Text.assemble(("? ", "cyan"), said(origin.question)),
+            Text.assemble(("> ", "cyan"), said(origin.said)),
+        ]
+    last = joined(about)
+    return Group(*lines, *([last] if last.plain else []))
+
+
+def _fact(triple: Triple, words: Words) -> tuple[Text, ...]:
+    return said(words.label(triple[1]), "dim"), said(words.value(triple[2]))
+
+
+def _past(past: Sequence[Turnover], words: Words) -> Iterable[tuple[Text, ...]]:
+    for turn in past:
+        origin = turn.origin
+        style = "green" if turn.sign == "+" else "red"
+        source = origin.question if origin.source == "answer" else _SOURCES[origin.source]
+        told = source.format(domain=words.domain.name) if origin.source != "answer" else source
+        yield (
+            Text(turn.sign, style),
+            said(words.value(turn.triple[2])),
+            joined((origin.answer or origin.revision[:7], minute(origin.when), told)),
+        )

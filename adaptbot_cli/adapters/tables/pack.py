@@ -1,0 +1,77 @@
+"""Actions and tasks for the terminal."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from adaptbot_cli.adapters.tables.words import count, indented, said
+
+Plain = dict[str, Any]
+
+
+def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
+    """List tasks with what they need, and actions with what they take."""
+    parts: list[RenderableType] = []
+    if tasks:
+        parts.append(Text.assemble(("tasks", "bold"), (f"  {len(tasks)}", "dim")))
+        parts.append(
+            indented((said(task["task"]), said(", ".join(task["needs"]), "dim")) for task in tasks)
+        )
+    if actions:
+        parts.append(Text.assemble(("actions", "bold"), (f"  {len(actions)}", "dim")))
+        parts.append(indented((said(_call(a)), said(a["explain"], "dim")) for a in actions))
+    if not parts:
+        parts.append(Text("none are known", "dim"))
+    return Group(*parts)
+
+
+def action(told: Plain) -> RenderableType:
+    """Show an action: what it takes, what must hold, what it changes."""
+    parts: list[RenderableType] = [
+        Text.assemble(said(_call(told), "bold"), "  action"),
+        said(told["explain"]),
+    ]
+    if told["also_called"]:
+        parts.append(said(f"also called {', '.join(told['also_called'])}"))
+    takes = [(said(p["name"]), said(_takes(p), "dim")) for p in told["parameters"]]
+    parts += _part("takes", takes)
+    parts += _part("not possible if", [(said(need["if_not"]),) for need in told["requires"]])
+    parts += _part("warns", [(said(advice),) for advice in told["advises"]])
+    changes = told["changes"]
+    rows = [(Text("-", "red"), said(line, "dim")) for line in changes["removes"]]
+    rows += [(Text("+", "green"), said(line, "dim")) for line in changes["adds"]]
+    parts += _part("changes", rows)
+    if not told["effect_known"]:
+        parts.append(Text("what it changes is not known", "yellow"))
+    return Group(*parts)
+
+
+def _call(told: Plain) -> str:
+    shown = [p for p in told["parameters"] if not p["hidden"]]
+    names = [f"[{p['name']}]" if p["optional"] else p["name"] for p in shown]
+    return f"{told['action']}({', '.join(names)})"
+
+
+def _takes(parameter: Plain) -> str:
+    notes = [word for word in ("optional", "hidden") if parameter[word]]
+    told = " or ".join(parameter["takes"]) or "anything"
+    return f"{told} ({', '.join(notes)})" if notes else told
+
+
+def _part(title: str, rows: Sequence[tuple[Text, ...]]) -> list[RenderableType]:
+    return [Text(title, "dim"), indented(rows)] if rows else []
+
+
+def task(told: Plain, missing: Sequence[str]) -> RenderableType:
+    """Show a task: what it needs, what of that is not here, when it is not done."""
+    parts: list[RenderableType] = [Text.assemble(said(told["task"], "bold"), ("  task", "dim"))]
+    if told["also_called"]:
+        parts.append(said(f"also called {', '.join(told['also_called'])}"))
+    parts += _part("needs", [(said(", ".join(told["needs"])),)])
+    if missing:
+        parts.append(said(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))
+    parts += _part("not done if", [(said(goal),) for goal in told["done_unless"]])
+    command = f'adaptbot run "{told["task"]}"'
+    return Group(*parts, said(f"do it: {command}", "dim"))

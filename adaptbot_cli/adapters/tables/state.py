@@ -1,0 +1,104 @@
+"""How a workspace stands, what is wrong with it, what a query gave, what a file brought."""
+
+from collections.abc import Mapping, Sequence
+
+from rdflib import Literal, URIRef
+from rdflib.term import Node
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from adaptbot_cli.adapters.tables.changes import difference
+from adaptbot_cli.adapters.tables.words import count, indented, said
+from adaptbot_cli.core.changes import Words
+from adaptbot_cli.core.importing import Parcel
+from adaptbot_cli.core.standing import Status, Wrong
+from adaptbot_cli.core.terms import local
+
+_MOST_ROWS = 12
+
+
+def status(told: Status, words: Words | None) -> RenderableType:
+    """Show how a workspace stands: revision, edits with what they change, open runs."""
+    revision = f"{told.revision[:7]}  {told.subject}" if told.revision else "none yet"
+    rows = [
+        (Text("workspace", "dim"), said(str(told.root))),
+        (Text("domain", "dim"), said(told.domain)),
+        (Text("revision", "dim"), said(revision)),
+    ]
+    parts: list[RenderableType] = [Padding(indented(rows), 0)]
+    if told.revision is None:
+        parts.append(Text(f"nothing is kept here yet: the {told.domain} is the bundled one", "dim"))
+    elif told.edited:
+        parts.append(said(f"edited by hand, not committed: {', '.join(told.edited)}", "yellow"))
+        if told.problem:
+            parts.append(Text("✗ ", "red") + said(told.problem))
+        elif told.changes and words:
+            parts.append(Padding(difference(told.changes, words, _MOST_ROWS), (0, 0, 0, 2)))
+        else:
+            parts.append(Text("  only comments or layout: no fact differs", "dim"))
+        parts += [Text("✗ ", "red") + said(fault) for fault in told.faults]
+        if not told.faults and not told.problem:
+            parts.append(Text('commit them with: adaptbot kg commit -m "…"', "dim"))
+    else:
+        parts.append(Text("no edits: the files are as committed", "dim"))
+    if told.waiting:
+        parts.append(Text(f"{count(len(told.waiting), 'run')} not ended:", "yellow"))
+        parts.append(indented((said(path.name),) for path in told.waiting))
+    return Group(*parts)
+
+
+def faults(found: Sequence[Wrong]) -> RenderableType:
+    """Show everything that is wrong: where, why, what to do."""
+    if not found:
+        return Text.assemble(("✓ ", "green"), "nothing is wrong")
+    parts: list[RenderableType] = []
+    for fault in found:
+        parts.append(Text("✗ ", "red") + said(fault.message))
+        rows = [("in", fault.file), ("from", fault.cause), ("do", fault.remedy)]
+        parts.append(indented((Text(key, "dim"), said(value)) for key, value in rows if value))
+    parts.append(Text(count(len(found), "fault"), "dim"))
+    return Group(*parts)
+
+
+def rows(
+    names: Sequence[str], found: Sequence[Sequence[Node | None]], prefixes: Mapping[str, str]
+) -> RenderableType:
+    """Show the solutions of a query."""
+    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0), pad_edge=False)
+    for name in names:
+        table.add_column(said(name), overflow="fold")
+    for row in found:
+        table.add_row(*(_cell(value, prefixes) for value in row))
+    return Group(table, Text(count(len(found), "row"), "dim"))
+
+
+def _cell(value: Node | None, prefixes: Mapping[str, str]) -> Text:
+    if value is None:
+        return Text("")
+    if isinstance(value, Literal):
+        return said(str(value))
+    for name, space in prefixes.items():
+        if isinstance(value, URIRef) and value.startswith(space) and len(value) > len(space):
+            return said(f"{name}:{value.removeprefix(space)}")
+    return said(str(value))
+
+
+def parcel(found: Parcel) -> RenderableType:
+    """Show what became of a graph from outside: taken in, left out and why, what is odd in it."""
+    told = [f"{count(len(found.accepted), 'fact')} accepted", f"{len(found.left_out)} left out"]
+    if found.declarations:
+        told.append(f"{len(found.declarations)} declarations passed over (domain.ttl has its own)")
+    parts: list[RenderableType] = [Text(", ".join(told))]
+    reasons: dict[str, list[str]] = {}
+    for triple, reason in found.left_out.items():
+        reasons.setdefault(reason, []).append(" ".join(map(local, triple)))
+    for reason, facts in reasons.items():
+        parts.append(Text("- ", "red") + said(reason))
+        shown = [*facts[:4], *([f"… {len(facts) - 4} more"] if len(facts) > 4 else [])]
+        parts.append(indented((said(fact, "dim"),) for fact in shown))
+    if found.oddities:
+        parts.append(Text(f"{count(len(found.oddities), 'oddity', 'oddities')} of the files:"))
+        parts.append(indented((said(oddity, "dim"),) for oddity in found.oddities))
+    return Group(*parts)

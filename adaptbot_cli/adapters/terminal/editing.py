@@ -1,0 +1,172 @@
+"""The menu in which a person changes a plan: one key, then the step and what it becomes."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
+from rich.console import Console
+
+from adaptbot_cli.adapters.terminal.canvas import Canvas
+from adaptbot_cli.adapters.terminal.picker import Picker
+from adaptbot_cli.adapters.terminal.prompts import Prompts
+from adaptbot_cli.adapters.terminal.words import shown
+from adaptbot_cli.core.acting.draft import signature
+from adaptbot_cli.core.editing import Edit, Line, called, edited, lines
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.questions import Choice
+from adaptbot_cli.core.turns import Amend
+from adaptbot_cli.errors import UsageError
+
+_LEAVE = "leave"
+_MENU = {
+    _LEAVE: ("l", "leave it as it is"),
+    "replace": ("r", "replace a step"),
+    "drop": ("d", "drop a step"),
+    "insert": ("i", "insert a step"),
+    "move": ("m", "move a step"),
+    "reject": ("x", "reject the whole plan"),
+}
+_TEXT = {
+    "asked": "How shall the plan change?",
+    "open": "No question solves what is open. How shall the plan change?",
+    "ready": "The plan is ready. Shall it change?",
+}
+
+
+def ask_for_edit(turn: Amend, console: Console) -> tuple[Edit | None, str]:
+    """Ask for one edit; return it with a line that says so, None if the plan is left as it is."""
+    prompts = Prompts(console)
+    there = lines(turn.report, parse(turn.report.text))
+    offered = {value: told for value, told in _MENU.items() if there or value not in _OF_A_STEP}
+    choices = [Choice(value, label) for value, (_, label) in offered.items()]
+    keys = [key for key, _ in offered.values()]
+    while True:
+        picked = prompts.by_key(_TEXT[turn.why], choices, keys).value
+        if picked == _LEAVE:
+            return None, "no"
+        edit = _ASK[picked](turn, there, prompts, console)
+        if edit is not None:
+            return edit, _said(edit, there)
+
+
+def _replace(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+    line = _which("Replace which step?", there, out)
+    if line is None:
+        return None
+    text = _call(f"Step {line.number} becomes", line.call.render(), turn.kg, prompts)
+    return Edit("replace", line.number, text=text) if text else None
+
+
+def _drop(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+    line = _which("Drop which step?", there, out)
+    return None if line is None else Edit("drop", line.number)
+
+
+def _insert(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+    step = _place("Insert it before which step?", turn, there, out)
+    if step is None:
+        return None
+    text = _call("The new step is", "", turn.kg, prompts)
+    return Edit("insert", step, text=text) if text else None
+
+
+def _move(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+    line = _which("Move which step?", there, out)
+    to = None if line is None else _place("To before which step?", turn, there, out)
+    if line is None or to is None:
+        return None
+    edit, stay = Edit("move", line.number, to), Edit("move", line.number, line.number)
+    if edited(edit, turn.report, parse) != edited(stay, turn.report, parse):
+        return edit
+    out.print(shown("  that is where it stands", "dim"))
+    return None
+
+
+def _reject(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+    reason = prompts.line("What is wrong with it? (Enter alone: back)")
+    return Edit("reject", text=reason) if reason else None
+
+
+_ASK = {
+    "replace": _replace,
+    "drop": _drop,
+    "insert": _insert,
+    "move": _move,
+    "reject": _reject,
+}
+_OF_A_STEP = frozenset({"replace", "drop", "move"})
+
+
+def _which(text: str, there: Sequence[Line], out: Console) -> Line | None:
+    """One of the steps that the plan writes; None for back."""
+    picked = Picker(text, [_choice(line) for line in there], back="back").ask(Canvas(out))
+    return next((line for line in there if picked and str(line.number) == picked.value), None)
+
+
+def _place(text: str, turn: Amend, there: Sequence[Line], out: Console) -> int | None:
+    """Before which step something goes: one more than the last for the end; None for back."""
+    end = len(turn.report.steps) + 1
+    choices = [*(_choice(line) for line in there), Choice(str(end), "at the end")]
+    picked = Picker(text, choices, back="back").ask(Canvas(out))
+    return None if picked is None else int(picked.value)
+
+
+def _choice(line: Line) -> Choice:
+    return Choice(str(line.number), f"{line.number}  {line.call.render()}")
+
+
+def _call(text: str, typed: str, kg: Kg, prompts: Prompts) -> str:
+    """Ask for a call until it is one; nothing for back."""
+
+    def check(said: str) -> str:
+        try:
+            return "" if not said.strip() or called(said, parse) else "there is none"
+        except UsageError as error:
+            return str(error)
+
+    said = prompts.line(f"{text} (Tab completes, empty: back)", typed, check, Names.of(kg))
+    return "\n".join(call.render() for call in called(said, parse)) if said else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Names(Completer):
+    """Completes the names of actions before the parenthesis and those of things inside it."""
+
+    actions: Sequence[tuple[str, str]]
+    things: Sequence[str]
+
+    @classmethod
+    def of(cls, kg: Kg) -> "Names":
+        """Return the names of a graph: actions with what they take, things."""
+        actions = [(a.name, signature(a.name, a.parameters)) for a in kg.domain.actions.values()]
+        kinds = [kind.iri for kind in kg.domain.teachable]
+        return cls(actions, sorted({kg.name(entity) for entity in kg.instances(kinds)}))
+
+    def get_completions(self, document: Document, event: CompleteEvent) -> Iterable[Completion]:
+        """Return what can stand where the cursor is."""
+        before = document.text_before_cursor
+        typed = re.search(r"[\w-]*$", before)
+        start = typed[0] if typed else ""
+        things = [(name, name) for name in self.things]
+        for name, told in things if "(" in before else self.actions:
+            if name.startswith(start):
+                yield Completion(name, -len(start), display=told)
+
+
+def _said(edit: Edit, there: Sequence[Line]) -> str:
+    calls = {line.number: line.call.render() for line in there}
+    step = f"{edit.step}  {calls.get(edit.step, '')}".strip()
+    match edit.kind:
+        case "replace":
+            return f"step {step} becomes {edit.text}"
+        case "drop":
+            return f"without step {step}"
+        case "insert":
+            return f"{edit.text} before step {edit.step}"
+        case "move":
+            return f"step {step} to before step {edit.to}"
+        case _:
+            return f"another plan: {edit.text}"

@@ -1,0 +1,207 @@
+"""What a transcript tells of each turn, as one YAML document."""
+
+from typing import Any
+
+import yaml
+
+from adaptbot_cli.core.editing import Edit, edited
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.plan import Finding, Step
+from adaptbot_cli.core.questions import LATER, Answer, Key, Question, Reviewed
+from adaptbot_cli.core.report import Outcome, Report, Result
+from adaptbot_cli.core.terms import Triple, local
+from adaptbot_cli.core.turns import (
+    Amend,
+    Ask,
+    Checked,
+    Execute,
+    Given,
+    Keep,
+    Kept,
+    Learned,
+    LookUp,
+    Offer,
+    Proposal,
+    Propose,
+    Review,
+    Trace,
+    Turn,
+)
+
+Document = dict[str, Any]
+FORMAT = 1
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes texts of several lines as blocks, so that a plan reads as a plan."""
+
+
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    style = "|" if "\n" in text else None
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+_Dumper.add_representer(str, _text)
+
+
+def dump(document: Document) -> str:
+    """Write one document of a transcript."""
+    return "---\n" + yaml.dump(
+        document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100
+    )
+
+
+def describe(turn: Turn, kg: Kg) -> Document | None:
+    """Return a turn as a document, without its reply; None for what a transcript does not tell."""
+    match turn:
+        case Propose():
+            findings = [finding_text(f) for f in turn.findings]
+            return {"turn": "propose", "attempt": turn.attempt, "findings": findings}
+        case Checked():
+            return {"turn": "checked", **_report(turn.report)}
+        case Ask():
+            return {"turn": "ask", **_question(turn.question)}
+        case Amend():
+            return {"turn": "edit"}
+        case Offer():
+            asks = [question.prop for question in turn.questions]
+            return {"turn": "offer", "about": turn.questions[0].about, "asks": asks}
+        case Given():
+            return {"turn": "given", **told_of_key(turn.question.key), "answer": turn.answer.value}
+        case Learned():
+            return {"turn": "learned", **_lesson(turn.lesson, kg)}
+        case Execute():
+            return {"turn": "execute", "steps": len(turn.report.live)}
+        case Review():
+            return {"turn": "review", "lessons": [lesson.sentence for lesson in turn.lessons]}
+        case Keep():
+            return {"turn": "keep", "lessons": [lesson.sentence for lesson in turn.lessons]}
+        case LookUp() | Trace():
+            return None
+
+
+def _question(question: Question) -> Document:
+    notes = {"notes": list(question.notes)} if question.notes else {}
+    return {**told_of_key(question.key), "text": question.text, **notes}
+
+
+def told_of_key(key: Key) -> Document:
+    """Return what tells a question from others: its kind, what it is about, the property."""
+    told = dict(zip(("kind", "about", "prop", "subject"), key, strict=True))
+    return {k: v for k, v in told.items() if v and (k, v) != ("subject", "item")}
+
+
+def key_of(told: Any) -> Key | None:
+    """Return the key that `told_of_key` told, None if it is none."""
+    if not isinstance(told, dict) or not {"kind", "about"} <= told.keys():
+        return None
+    kind, about, prop = (str(told.get(part, "")) for part in ("kind", "about", "prop"))
+    return kind, about, prop, str(told.get("subject", "item"))
+
+
+def said(value: object) -> str:
+    """Return an answer as it is meant: YAML reads a bare yes as true."""
+    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+
+
+def finding_text(finding: Finding) -> str:
+    """Return a finding as a transcript tells it."""
+    return f"{finding.code} {finding.message}"
+
+
+def _report(report: Report) -> Document:
+    return {
+        "executable": report.executable,
+        "steps": [_step(step) for step in report.steps],
+        "findings": [finding_text(finding) for finding in report.findings],
+    }
+
+
+def _step(step: Step) -> str:
+    return f"{step.status}: {step.call.render()}"
+
+
+def _lesson(lesson: Lesson, kg: Kg) -> Document:
+    removed = [f"- {fact(triple, kg)}" for triple in sorted(lesson.delta.removed)]
+    added = [f"+ {fact(triple, kg)}" for triple in sorted(lesson.delta.added)]
+    return {"sentence": lesson.sentence, "facts": removed + added}
+
+
+def fact(triple: Triple, kg: Kg) -> str:
+    """Write a fact in short: `egg obj_location fridge`."""
+    return " ".join(local(node) for node in triple)
+
+
+def told_of_reply(turn: Turn, reply: object) -> Document:
+    """Return what a document tells of a turn's reply."""
+    match reply:
+        case Proposal():
+            tokens = {"prompt": reply.prompt_tokens, "completion": reply.completion_tokens}
+            cost = {} if reply.cost_usd is None else {"cost_usd": reply.cost_usd}
+            calls = {} if reply.calls == 1 else {"calls": reply.calls}
+            spent = {"tokens": tokens} if any(tokens.values()) else {}
+            failed = {"failure": reply.failure} if reply.failure else {}
+            return {"reply": reply.text, **calls, **spent, **cost, **failed}
+        case Answer():
+            to = {"to": told_of_key(reply.to)} if reply.to is not None else {}
+            return {"answer": reply.value, **to, **_by(reply)}
+        case Edit():
+            return _edit(turn, reply)
+        case tuple() if isinstance(turn, Offer):
+            return _offered(turn, reply)
+        case Reviewed():
+            if reply.back is not None:
+                return {"back": told_of_key(reply.back)}
+            left_out = [told_of_key(key) for key in sorted(reply.left_out)]
+            return {"kept": True, **({"left_out": left_out} if left_out else {})}
+        case Outcome():
+            error = finding_text(reply.error) if reply.error else None
+            return {"error": error, "unmet": [finding_text(f) for f in reply.unmet]}
+        case Kept():
+            return {"revision": reply.revision}
+        case bool():
+            return {"kept": reply}
+        case _:
+            return {}
+
+
+def _edit(turn: Turn, edit: Edit) -> Document:
+    text = "reason" if edit.kind == "reject" else "call"
+    told = {"edit": edit.kind, "step": edit.step, "to": edit.to, text: edit.text}
+    document = {**{key: value for key, value in told.items() if value}, **_by(edit)}
+    if isinstance(turn, Amend) and edit.kind != "reject":
+        document["plan"] = edited(edit, turn.report, parse)
+    return document
+
+
+def edit_of(document: Document) -> Edit:
+    """Return the edit that a document tells."""
+    kind = document["edit"]
+    text = document.get("reason" if kind == "reject" else "call", "")
+    by, at = str(document.get("by", "")), str(document.get("at", ""))
+    return Edit(kind, document.get("step", 0), document.get("to", 0), str(text), by, at)
+
+
+def _by(answer: Answer | Edit) -> Document:
+    return {key: value for key, value in (("by", answer.by), ("at", answer.at)) if value}
+
+
+def _offered(turn: Offer, answers: tuple[Answer, ...]) -> Document:
+    """What was told of an offer; that the person went back or stopped is told once."""
+    for answer in answers:
+        if answer.to is not None:
+            return {"answers": {}, "back": told_of_key(answer.to)}
+    given = [
+        (question.prop, answer)
+        for question, answer in zip(turn.questions, answers, strict=False)
+        if answer.value != LATER.value
+    ]
+    by = _by(given[0][1]) if given else {}
+    return {"answers": {prop: answer.value for prop, answer in given}, **by}
+
+
+def finished(result: Result) -> Document:
+    """Return the last document: what the run came to."""
+    return {"turn": "finished", "outcome": result.verdict, "goal_met": result.goal_met}

@@ -1,0 +1,82 @@
+"""Finds the runs that have left questions open, and the plans that wait for the answers."""
+
+from collections.abc import Iterator, Set
+from dataclasses import dataclass
+from pathlib import Path
+
+from adaptbot_cli.adapters.transcript.documents import Document, key_of, said
+from adaptbot_cli.adapters.transcript.memory import Memory
+from adaptbot_cli.adapters.transcript.reading import has_ended, read_cut
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.questions import LATER, UNKNOWN, Key
+from adaptbot_cli.errors import UsageError
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOver:
+    """A run that has left questions open: what it was to do, and the last plan that it had.
+
+    `unknown` are the questions that the person could not answer.
+    """
+
+    path: Path
+    task: str
+    domain: str
+    requires: tuple[str, ...]
+    plan: str
+    unknown: Set[Key]
+
+
+def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
+    """Return the runs of a folder that have left questions open, newest first.
+
+    What nobody could say in one of the `sittings` since then, nobody could say of them either.
+
+    Of the runs of one task only the newest counts. What is still open of them is for the graph to
+    say, as it is now.
+    """
+    found: list[LeftOver] = []
+    seen: set[tuple[str, str, tuple[str, ...]]] = set()
+    later = [(path.stem, frozenset(_unknown(turns))) for path, _, turns in _read(sittings)]
+    for path, header, turns in _read(folder):
+        since = {key for stem, keys in later if stem > path.stem for key in keys}
+        run = _left_over(path, header, turns, since)
+        key = (normal(run.task), run.domain, tuple(sorted(map(normal, run.requires))))
+        if key in seen:
+            continue
+        seen.add(key)
+        if run.plan and (not _ended(path) or any(_put_off(turn) for turn in turns)):
+            found.append(run)
+    return found
+
+
+def _read(folder: Path) -> Iterator[tuple[Path, Document, list[Document]]]:
+    """The transcripts of a folder, newest first; whatever else lies there is none."""
+    for path in sorted(folder.glob("*.yaml"), reverse=True):
+        try:
+            yield path, *read_cut(path)
+        except UsageError:
+            continue
+
+
+def _left_over(path: Path, header: Document, turns: list[Document], since: set[Key]) -> LeftOver:
+    memory = Memory()
+    memory.take(turns)
+    requires = tuple(header.get("requires") or ())
+    task, domain = str(header.get("task", "")), str(header.get("domain", ""))
+    return LeftOver(path, task, domain, requires, memory.plan, since | {*_unknown(turns)})
+
+
+def _unknown(turns: list[Document]) -> Iterator[Key]:
+    for turn in turns:
+        key = key_of(turn)
+        if turn["turn"] == "ask" and key is not None and said(turn.get("answer")) == UNKNOWN:
+            yield key
+
+
+def _put_off(turn: Document) -> bool:
+    return turn["turn"] == "ask" and turn.get("answer") in (LATER.value, "stop")
+
+
+def _ended(path: Path) -> bool:
+    return has_ended(path.read_text(encoding="utf-8", errors="replace"))

@@ -1,0 +1,138 @@
+"""What a transcript remembers of a run that was cut off, for the run that goes on with it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from adaptbot_cli.adapters.transcript.documents import (
+    Document,
+    edit_of,
+    finding_text,
+    key_of,
+    said,
+)
+from adaptbot_cli.core.editing import EDITS, Edit
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.questions import LATER, STOP, Answer, Key, Question, Reviewed, fits
+from adaptbot_cli.core.turns import Amend, Editor, Human, Planner, Proposal, Propose, Volunteer
+
+Prompt = tuple[int, tuple[str, ...]]
+
+
+@dataclass(slots=True)
+class Memory:
+    """The plans, the answers and the edits of a run: by prompt, by question, by text of the plan.
+
+    `plan` is the last one that was looked at: one that was `proposed` may have been refused.
+    """
+
+    proposals: dict[Prompt, Proposal] = field(default_factory=dict)
+    answers: dict[Key, Answer] = field(default_factory=dict)
+    offers: set[str] = field(default_factory=set)
+    edits: dict[str, list[Edit]] = field(default_factory=dict)
+    proposed: str = ""
+    plan: str = ""
+
+    def take(self, documents: Iterable[Document]) -> None:
+        """Add what a run's documents tell; later answers go before earlier ones."""
+        for document in documents:
+            match document["turn"]:
+                case "propose" if isinstance(document.get("reply"), str):
+                    prompt = (int(document.get("attempt", 0)), _texts(document.get("findings")))
+                    self.proposals[prompt] = Proposal(document["reply"], calls=0)
+                    self.proposed = document["reply"]
+                case "checked":
+                    self.plan = self.proposed
+                case "edit" if document.get("edit") in EDITS:
+                    self.edits.setdefault(self.plan, []).append(edit_of(document))
+                    self.proposed = str(document.get("plan", self.plan))
+                case "ask":
+                    self._take_answer(document)
+                case "offer":
+                    self._take_offer(document)
+                case "review":
+                    self._reopen(key_of(document.get("back")))
+
+    def _take_answer(self, document: Document) -> None:
+        key = key_of(document)
+        value = said(document.get("answer", LATER.value))
+        if value == "back":
+            self._reopen(key_of(document.get("to")))
+        elif key is not None and value not in (LATER.value, STOP.value):
+            self.answers[key] = _answer(value, document)
+
+    def _take_offer(self, document: Document) -> None:
+        about = str(document.get("about", ""))
+        back = key_of(document.get("back"))
+        if back is not None:
+            self._reopen(back)
+            return
+        self.offers.add(about)
+        for prop, value in (document.get("answers") or {}).items():
+            for kind in ("attribute", "place", "value"):
+                self.answers[(kind, about, str(prop), "item")] = _answer(said(value), document)
+
+    def _reopen(self, key: Key | None) -> None:
+        if key is not None and self.answers.pop(key, None) is not None:
+            self.offers.discard(key[1])
+
+
+def _answer(value: str, document: Document) -> Answer:
+    return Answer(value, str(document.get("by", "")), str(document.get("at", "")))
+
+
+def _texts(findings: object) -> tuple[str, ...]:
+    return tuple(map(str, findings)) if isinstance(findings, list) else ()
+
+
+@dataclass(frozen=True, slots=True)
+class RememberingPlanner:
+    """Gives the plans that the run before was given, and asks for others."""
+
+    memory: Memory
+    planner: Planner
+
+    @property
+    def name(self) -> str:
+        """The planner's own name."""
+        return self.planner.name
+
+    def propose(self, turn: Propose) -> Proposal:
+        """Give the plan that the same prompt was answered with. Raises ModelError."""
+        prompt = (turn.attempt, tuple(finding_text(finding) for finding in turn.findings))
+        known = self.memory.proposals.pop(prompt, None)
+        return self.planner.propose(turn) if known is None else known
+
+
+@dataclass(frozen=True, slots=True)
+class RememberingHuman:
+    """Gives the answers that the run before was given, each once, and asks for others."""
+
+    memory: Memory
+    human: Human
+
+    def ask(self, question: Question) -> Answer:
+        """Give the answer that the question had, if it can still be meant."""
+        known = self.memory.answers.pop(question.key, None)
+        if known is not None and fits(question, known):
+            return known
+        return self.human.ask(question)
+
+    def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
+        """Give what was told besides, if it was offered before."""
+        if questions and questions[0].about in self.memory.offers:
+            known = (self.memory.answers.pop(question.key, LATER) for question in questions)
+            return tuple(known)
+        if isinstance(self.human, Volunteer):
+            return self.human.offer(questions)
+        return (LATER,) * len(questions)
+
+    def amend(self, turn: Amend) -> Edit | None:
+        """Give the edit that this plan was given, and ask for others."""
+        known = self.memory.edits.get(turn.report.text)
+        if known:
+            return known.pop(0)
+        return self.human.amend(turn) if isinstance(self.human, Editor) else None
+
+    def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
+        """Ask: a review is only over with the run."""
+        return self.human.review(lessons)

@@ -1,0 +1,173 @@
+"""Plays a transcript again: planner, human and store of a replay, and the judge of it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.adapters.transcript.documents import (
+    Document,
+    describe,
+    edit_of,
+    finished,
+    key_of,
+    said,
+    told_of_reply,
+)
+from adaptbot_cli.core.editing import EDITS, Edit
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.questions import LATER, Answer, Question, Reviewed, back
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.turns import Amend, Execute, Keep, Kept, Proposal, Propose, Turn
+from adaptbot_cli.errors import ReplayError
+
+_GIVEN_BACK = frozenset(
+    {
+        *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "by", "at"),
+        *("answers", "kept", "left_out", "back", "revision"),
+        *("edit", "step", "call", "reason", "plan"),
+    }
+)
+"""What a document tells of the reply: given back in a replay, not compared."""
+
+_REPLIES = _GIVEN_BACK | {"error", "unmet"}
+
+
+@dataclass(slots=True)
+class Player:
+    """Plays a transcript: planner, human and store of a replay, and the judge of it."""
+
+    path: Path
+    kg: Kg
+    turns: list[Document]
+    at: int = 0
+    current: Document = field(default_factory=dict)
+    name: str = "transcript"
+
+    def asked(self, turn: Turn) -> None:
+        """Find this turn in the transcript and compare. Raises ReplayError where it differs."""
+        told = describe(turn, self.kg)
+        self.current = {}
+        if told is None:
+            return
+        if self._next_is(told["turn"]):
+            self.current = self.turns[self.at]
+            self.at += 1
+            self._known_keys(told)
+            self._compare(told)
+        elif told["turn"] in ("propose", "ask"):
+            raise self._differs(
+                f"the run comes to {_short(told)}, the transcript to {self._next()}"
+            )
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """Compare what came of an execution with what the transcript tells."""
+        if isinstance(turn, Execute) and self.current:
+            self._compare(told_of_reply(turn, reply))
+
+    def propose(self, turn: Propose) -> Proposal:
+        """Give the recorded plan."""
+        tokens = self.current.get("tokens") or {}
+        return Proposal(
+            str(self._given("reply")),
+            int(self.current.get("calls", 1)),
+            int(tokens.get("prompt", 0)),
+            int(tokens.get("completion", 0)),
+            self.current.get("cost_usd"),
+            str(self.current.get("failure", "")),
+        )
+
+    def ask(self, question: Question) -> Answer:
+        """Give the recorded answer."""
+        value = said(self._given("answer"))
+        to = key_of(self._given("to")) if value == "back" else None
+        return Answer(value, self.current.get("by", ""), str(self.current.get("at", "")), to)
+
+    def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
+        """Give what was told besides; without an `offer` in the transcript, nothing."""
+        to = key_of(self.current.get("back"))
+        if to is not None:
+            return (back(to),)
+        given = self.current.get("answers") or {}
+        by, at = self.current.get("by", ""), str(self.current.get("at", ""))
+        return tuple(
+            Answer(said(given[q.prop]), by, at) if q.prop in given else LATER for q in questions
+        )
+
+    def amend(self, turn: Amend) -> Edit | None:
+        """Give the recorded edit, if there is one here."""
+        if not self.current:
+            return None
+        kind = self._given("edit")
+        if kind not in EDITS:
+            raise self._differs(f"`edit: {kind}` is none of {', '.join(EDITS)}")
+        return edit_of(self.current)
+
+    def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
+        """Accept, unless the transcript tells otherwise."""
+        to = key_of(self.current.get("back"))
+        left_out = frozenset(filter(None, map(key_of, self.current.get("left_out") or ())))
+        if to is not None or left_out:
+            return Reviewed(left_out, to)
+        return bool(self.current.get("kept", True))
+
+    def keep(self, turn: Keep) -> Kept:
+        """Keep nothing: a replay changes no workspace."""
+        return Kept(self.current.get("revision"))
+
+    def end(self, result: Result) -> None:
+        """Check the result and that no turn is left over. Raises ReplayError."""
+        if self._next_is("finished"):
+            self.current = self.turns[self.at]
+            self.at += 1
+            self._compare(finished(result))
+        if self.at < len(self.turns):
+            self.current = {}
+            raise self._differs(f"the run has ended, the transcript goes on with {self._next()}")
+
+    def _next_is(self, kind: str) -> bool:
+        return self.at < len(self.turns) and self.turns[self.at]["turn"] == kind
+
+    def _next(self) -> str:
+        return _short(self.turns[self.at]) if self.at < len(self.turns) else "its end"
+
+    def _given(self, key: str) -> object:
+        if key not in self.current:
+            raise self._differs(f"this {self.current.get('turn', 'turn')} lacks `{key}:`")
+        return self.current[key]
+
+    def _known_keys(self, told: Document) -> None:
+        unknown = self.current.keys() - told.keys() - _REPLIES
+        if unknown:
+            kind = told["turn"]
+            raise self._differs(f"`{min(unknown)}:` is nothing that a {kind} turn tells")
+
+    def _compare(self, told: Document) -> None:
+        for key in told.keys() & self.current.keys() - _GIVEN_BACK:
+            if told[key] != self.current[key]:
+                raise self._differs(f"{key}: {_difference(self.current[key], told[key])}")
+
+    def _differs(self, how: str) -> ReplayError:
+        number = self.at if self.current else self.at + 1
+        kind = f" ({self.current['turn']})" if self.current else ""
+        return ReplayError(f"{self.path}, turn {number}{kind}: {how}")
+
+
+def _short(document: Document) -> str:
+    about = document.get("about") or document.get("attempt")
+    return str(document["turn"]) + (f" {about}" if about not in (None, 0) else "")
+
+
+def _difference(expected: object, actual: object) -> str:
+    if isinstance(expected, list) and isinstance(actual, list):
+        for number, (one, other) in enumerate(_padded(expected, actual), start=1):
+            if one != other:
+                return f"entry {number}: the transcript has {one!r}, the run {other!r}"
+    return f"the transcript has {expected!r}, the run {actual!r}"
+
+
+def _padded(one: list[Any], other: list[Any]) -> Iterable[tuple[Any, Any]]:
+    size = max(len(one), len(other))
+    fill = [None] * size
+    return list(zip((one + fill)[:size], (other + fill)[:size], strict=True))

@@ -1,0 +1,53 @@
+"""Writes a run's transcript."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TextIO
+
+from adaptbot_cli.adapters.transcript.documents import (
+    FORMAT,
+    Document,
+    describe,
+    dump,
+    finished,
+    told_of_reply,
+)
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.turns import Amend, Turn
+
+
+@dataclass(slots=True)
+class Recorder:
+    """Writes a run's transcript, one turn at a time, each on disk before the next begins."""
+
+    file: TextIO
+    kg: Kg
+
+    def header(self, header: Mapping[str, Any]) -> None:
+        """Write the first document."""
+        self._write({"adaptbot": FORMAT, **header})
+
+    def asked(self, turn: Turn) -> None:
+        """Nothing is written before the reply is there."""
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """Write a turn with its reply."""
+        told = describe(turn, self.kg)
+        left_as_it_is = isinstance(turn, Amend) and reply is None
+        if told is not None and not left_as_it_is:
+            self._write({**told, **told_of_reply(turn, reply)})
+
+    def finished(self, result: Result) -> None:
+        """Write the last document."""
+        self._write(finished(result))
+
+    def ended(self) -> None:
+        """Write the last document of what was no run."""
+        self._write({"turn": "finished"})
+
+    def _write(self, document: Document) -> None:
+        self.file.write(dump(document))
+        self.file.flush()
+        os.fsync(self.file.fileno())

@@ -1,0 +1,40 @@
+"""`adaptbot eval compare A B`: what changed from one experiment to another."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import JsonOption, console, print_json
+
+REGRESSION = 3
+
+
+def compare(
+    before: Annotated[Path, typer.Argument(metavar="A", help="What `eval --json` printed.")],
+    after: Annotated[Path, typer.Argument(metavar="B", help="The same, later.")],
+    tolerance: Annotated[
+        float, typer.Option(min=0, help="How much worse a quality may get, as a share.")
+    ] = 0.0,
+    cost: Annotated[
+        float, typer.Option("--cost-tolerance", min=0, help="How much a cost may rise, as a share.")
+    ] = 0.05,
+    json: JsonOption = False,
+) -> int:
+    """Compare two experiments, task by task; exit 3 if the second is worse."""
+    from adaptbot_cli.evaluation import comparing
+
+    old, new = comparing.read_report(before), comparing.read_report(after)
+    found = comparing.compare(old, new, tolerance, cost)
+    worse = [difference for difference in found if difference.regression]
+    for told in comparing.only_in_one(old, new):
+        typer.echo(f"{told}: left out", err=True)
+    if json:
+        print_json(
+            {"regression": bool(worse), "differences": [change.as_json() for change in found]}
+        )
+    else:
+        from adaptbot_cli.evaluation.tables import differences
+
+        console().print(differences(found))
+    return REGRESSION if worse else 0

@@ -1,0 +1,80 @@
+"""The options that the commands which run experiments share."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from adaptbot_cli.cli.common import items
+from adaptbot_cli.cli.run import PolicyName
+
+ArmsOption = Annotated[
+    str, typer.Option(metavar="A,B,C", help="Any of llm, llm+kg and llm+kg+human.")
+]
+PolicyOption = Annotated[
+    PolicyName, typer.Option(help="Ask about required items first, or re-prompt first.")
+]
+ReplansOption = Annotated[
+    int, typer.Option(min=0, max=20, metavar="N", help="Re-prompts at most (F_max).")
+]
+CumulativeOption = Annotated[
+    bool, typer.Option("--cumulative", help="Carry knowledge over from task to task.")
+]
+ErrorOption = Annotated[
+    float, typer.Option(min=0, max=1, metavar="P", help="How often the simulated person errs.")
+]
+SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of the person's errors.")]
+SelectOption = Annotated[
+    str | None, typer.Option(metavar="PATTERN", help="Only these ids, such as 'gpt-4o/*'.")
+]
+LimitOption = Annotated[
+    int | None, typer.Option(min=1, metavar="N", help="The first N tasks only.")
+]
+JobsOption = Annotated[
+    int | None, typer.Option(min=1, metavar="N", help="Processes; all cores by default.")
+]
+PlotOption = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Draw the figures: .svg, .pdf or .png, by its ending."),
+]
+ALL_ARMS = "llm,llm+kg,llm+kg+human"
+
+
+def arms(option: str) -> tuple[str, ...]:
+    """Return the arms that an option names, in the paper's order. Raises UsageError."""
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.evaluation.recordings import ARMS
+
+    wanted = items(option)
+    unknown = [name for name in wanted if name not in ARMS]
+    if unknown or not wanted:
+        told = ", ".join(unknown) or option
+        raise UsageError(f'--arms: "{told}" is no arm; there is {", ".join(ARMS)}')
+    return tuple(arm for arm in ARMS if arm in wanted)
+
+
+def cores(option: int | None) -> int:
+    """Return how many processes are meant."""
+    return option or os.cpu_count() or 1
+
+
+def show(report: dict[str, Any], json: bool, plot: Path | None) -> None:
+    """Draw a report if that is asked for, and print it as JSON or as tables and charts."""
+    from adaptbot_cli.cli.common import console, print_json
+
+    if plot is not None:
+        from adaptbot_cli.evaluation.plots import draw
+
+        draw(report, plot)
+    if json:
+        print_json(report)
+        return
+    from adaptbot_cli.evaluation.charts import charts
+    from adaptbot_cli.evaluation.tables import tables
+
+    out = console()
+    out.print(tables(report))
+    out.print(charts(report))
+    if plot is not None:
+        typer.echo(f"drawn: {plot}", err=True)

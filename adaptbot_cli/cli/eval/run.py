@@ -1,0 +1,91 @@
+"""`adaptbot eval FILE`: run the paper's experiment on recordings, or live."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    KgOption,
+    WorkspaceOption,
+    domain_name,
+    workspace,
+)
+from adaptbot_cli.cli.eval import options
+from adaptbot_cli.cli.eval.carrying import carry_out
+from adaptbot_cli.cli.run import PolicyName
+
+if TYPE_CHECKING:
+    from adaptbot_cli.evaluation.experiment import Experiment
+
+
+def run(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Recordings, or with --model a list of tasks.")
+    ],
+    domain: DomainOption = None,
+    kg: KgOption = None,
+    truth: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="A Turtle graph that the simulated person knows."),
+    ] = None,
+    arms: options.ArmsOption = options.ALL_ARMS,
+    policy: options.PolicyOption = PolicyName.tutor,
+    replans: options.ReplansOption = 3,
+    cumulative: options.CumulativeOption = False,
+    human_error: options.ErrorOption = 0.0,
+    seed: options.SeedOption = 0,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Plan live: any litellm model, or `library`."),
+    ] = None,
+    select: options.SelectOption = None,
+    limit: options.LimitOption = None,
+    jobs: options.JobsOption = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep the trials here, and go on from them."),
+    ] = None,
+    plot: options.PlotOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Run the paper's experiment: the same tasks in three arms, measured.
+
+    A run that is interrupted goes on where it was when it is started again.
+    """
+    from adaptbot_cli.evaluation.experiment import Setting, prepare, report
+    from adaptbot_cli.evaluation.plots import check
+    from adaptbot_cli.evaluation.recordings import read_recordings
+    from adaptbot_cli.evaluation.tasks import read_tasks
+
+    check(plot)
+    home = workspace(workspace_dir)
+    setting = Setting(
+        domain=domain_name(domain, home),
+        kg=tuple(kg or ()),
+        truth=tuple(truth or ()),
+        arms=options.arms(arms),
+        policy=policy.value,
+        replans=replans,
+        cumulative=cumulative,
+        human_error=human_error,
+        seed=seed,
+        jobs=options.cores(jobs),
+        limit=limit,
+        select=select,
+        model=model,
+    )
+    rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)
+    experiment = prepare(setting, rows, home)
+    _tell_skipped(experiment)
+    trials = carry_out([experiment], results)
+    options.show(report(setting.as_json(), trials), json, plot)
+
+
+def _tell_skipped(experiment: "Experiment") -> None:
+    if experiment.skipped:
+        told = ", ".join(f"{n} of {name}" for name, n in sorted(experiment.skipped.items()))
+        typer.echo(f"left out, as they are of other domains: {told}", err=True)

@@ -1,0 +1,23 @@
+"""`adaptbot kg`: the knowledge of this home, where it comes from, and how it is changed."""
+
+import typer
+
+from adaptbot_cli.cli.kg import changing, graphs, history, show, state
+
+app = typer.Typer(help="The knowledge graph of this home.", no_args_is_help=True)
+_LOOK, _VERSIONS, _CHANGE = "Look", "Versions", "Change"
+
+app.command(rich_help_panel=_LOOK)(show.show)
+app.command(rich_help_panel=_LOOK)(show.stats)
+app.command(rich_help_panel=_LOOK)(history.why)
+app.command(rich_help_panel=_LOOK)(graphs.query)
+app.command(rich_help_panel=_LOOK)(graphs.export)
+app.command(rich_help_panel=_VERSIONS)(state.status)
+app.command(rich_help_panel=_VERSIONS)(state.validate)
+app.command(rich_help_panel=_VERSIONS)(history.log)
+app.command(rich_help_panel=_VERSIONS)(history.diff)
+app.command(rich_help_panel=_VERSIONS)(state.commit)
+app.command(rich_help_panel=_CHANGE)(changing.add)
+app.command(rich_help_panel=_CHANGE)(changing.retract)
+app.command(rich_help_panel=_CHANGE)(changing.revert)
+app.command("import", rich_help_panel=_CHANGE)(graphs.import_)

@@ -1,0 +1,75 @@
+"""What the commands that change something share: seen first, agreed to, then committed."""
+
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from adaptbot_cli.cli.common import at_terminal, console, print_json
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+
+    from adaptbot_cli.session.changing import Proposal
+    from adaptbot_cli.session.knowing import Home
+
+YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before committing.")]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the change; write nothing.")]
+
+
+def carry_out(
+    home: "Home",
+    proposal: "Proposal",
+    *,
+    yes: bool,
+    dry_run: bool = False,
+    json: bool = False,
+    more: "RenderableType | None" = None,
+    told: dict[str, Any] | None = None,
+) -> int:
+    """Show a change, have it agreed to, commit it; return the exit code.
+
+    `more` is shown below the change, `told` is what `--json` tells besides it.
+
+    Raises:
+        UsageError: there is nobody to ask, and --yes was not said.
+        KnowledgeError: the change cannot be made.
+    """
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.tables.changes import preview
+    from adaptbot_cli.adapters.tables.words import said
+    from adaptbot_cli.core.changes import as_json
+    from adaptbot_cli.session import changing
+
+    out = console(stderr=json)
+    words = changing.preview_words(home, proposal.delta)
+    if proposal.delta:
+        out.print(preview(proposal.changes, words))
+    else:
+        out.print(Text("nothing would change: there is nothing left of it", "dim"))
+    for note in proposal.notes:
+        out.print(Text("! ", "yellow") + said(note))
+    if more is not None:
+        out.print(more)
+    revision = None
+    if proposal.delta and not dry_run:
+        if not (yes or _agreed(out)):
+            out.print(Text("nothing was changed", "dim"))
+            return 0
+        revision = changing.commit(home, proposal)
+        out.print(Text("✓ ", "green") + Text(f"committed as {(revision or '')[:7]}"))
+    if json:
+        print_json({"revision": revision, **as_json(proposal.changes, words), **(told or {})})
+    return 0
+
+
+def _agreed(out: "Console") -> bool:
+    """Ask the person at the terminal. Raises UsageError if there is none."""
+    from adaptbot_cli.errors import UsageError
+
+    if not (at_terminal(sys.stdin) and at_terminal(out.file)):
+        raise UsageError("there is no terminal to ask at: say --yes to commit, or --dry-run")
+    from adaptbot_cli.adapters.terminal.prompts import Prompts
+
+    return Prompts(out).yes("Commit this?")

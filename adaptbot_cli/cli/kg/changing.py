@@ -1,0 +1,131 @@
+"""`adaptbot kg add`, `retract`, `revert`: teaching and taking back, without a task."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    WorkspaceOption,
+    at_terminal,
+    console,
+    domain_name,
+    workspace,
+)
+from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
+
+
+def retract(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, another name, an absence.")],
+    prop: Annotated[str, typer.Argument(metavar="[PROPERTY]", help="Only this fact of it.")] = "",
+    value: Annotated[
+        str, typer.Argument(metavar="[VALUE]", help="Which one, if there are several.")
+    ] = "",
+    yes: YesOption = False,
+    dry_run: DryRunOption = False,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Take back that something is not here, another name, a fact, or a thing with all its facts."""
+    from adaptbot_cli.adapters.tables.changes import verdicts
+    from adaptbot_cli.session import changing
+    from adaptbot_cli.session.knowing import Home
+
+    found = workspace(workspace_dir)
+    home = Home(found, domain_name(domain, found))
+    proposal = changing.retract(home, name, prop, value)
+    changed = changing.verdicts(home, proposal.delta)
+    told = {"plans": _as_json(changed)}
+    return carry_out(
+        home,
+        proposal,
+        yes=yes,
+        dry_run=dry_run,
+        json=json,
+        more=verdicts(changed),
+        told=told,
+    )
+
+
+def revert(
+    revision: Annotated[
+        str | None, typer.Argument(metavar="[REV]", help="A commit; see kg log.")
+    ] = None,
+    answer: Annotated[
+        str | None, typer.Option("--answer", metavar="ID", help="One answer; see kg log or why.")
+    ] = None,
+    yes: YesOption = False,
+    dry_run: DryRunOption = False,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Undo what one commit or one answer taught, with all that follows from it; nothing else.
+
+    Later work stays. The plans of the library that are judged otherwise then are named.
+    """
+    from adaptbot_cli.adapters.tables.changes import verdicts
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.session import changing
+    from adaptbot_cli.session.knowing import Home
+
+    if (revision is None) == (answer is None):
+        raise UsageError("say what to undo: a commit REV, or --answer ID; kg log tells both")
+    found = workspace(workspace_dir)
+    home = Home(found, domain_name(domain, found))
+    if answer is not None:
+        proposal = changing.revert_answer(home, answer)
+    else:
+        proposal = changing.revert(home, str(revision))
+    changed = changing.verdicts(home, proposal.delta)
+    return carry_out(
+        home,
+        proposal,
+        yes=yes,
+        dry_run=dry_run,
+        json=json,
+        more=verdicts(changed),
+        told={"plans": _as_json(changed)},
+    )
+
+
+def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
+    return [{"task": task, "before": old, "after": new} for task, old, new in changed]
+
+
+def add(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="What there is in this home.")],
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    domain: DomainOption = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Teach a thing without a task: what it is, where it is kept, what is true of it.
+
+    Of a thing that is known already, what is not known of it yet is asked.
+    """
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.tables.words import count, said
+    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.teaching import teach
+
+    found = workspace(workspace_dir)
+    home = Home(found, domain_name(domain, found))
+    prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
+    added = teach(home, name, answers, prompts)
+    out = console()
+    for lesson in added.lessons:
+        out.print(Text("✓ ", "green") + said(lesson.sentence))
+    if added.revision:
+        told = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
+        out.print(Text(told, "dim"))
+    elif added.lessons:
+        out.print(Text("nothing was changed", "dim"))
+    else:
+        out.print(Text("nothing was learned: there is nothing to ask, or it was left open", "dim"))

@@ -1,0 +1,124 @@
+"""`adaptbot kg log`, `diff`, `why`: what was taught, by whom, and what changed."""
+
+from typing import Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    WorkspaceOption,
+    console,
+    domain_name,
+    print_json,
+    workspace,
+)
+
+
+def log(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Only what concerns this thing.")
+    ] = None,
+    number: Annotated[
+        int, typer.Option("-n", min=1, metavar="N", help="Show the newest N commits.")
+    ] = 20,
+    facts: Annotated[bool, typer.Option("--facts", help="Show every fact.")] = False,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Tell what each commit taught, newest first: by whom, for which task, with which model."""
+    from itertools import islice
+
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.tables.history import log as table
+    from adaptbot_cli.session.knowing import Home, chapters
+
+    found = workspace(workspace_dir)
+    home = Home(found, domain_name(domain, found))
+    told = list(islice(chapters(home, name), number))
+    if json:
+        print_json([chapter.as_json(home.words) for chapter in told])
+    elif told:
+        console().print(table(told, home.words, facts))
+    elif home.versions is None:
+        hint = f"nothing was taught yet: this is the {home.domain} as it comes"
+        console().print(Text(hint, "dim"))
+    else:
+        console().print(Text("no commit of this workspace concerns it", "dim"))
+
+
+def diff(
+    a: Annotated[str | None, typer.Argument(metavar="[A]", help="A revision.")] = None,
+    b: Annotated[str | None, typer.Argument(metavar="[B]", help="A later one.")] = None,
+    patch: Annotated[
+        bool, typer.Option("--patch", help="Print a SPARQL update for `kg query --update`.")
+    ] = False,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Tell what changed, fact by fact: from A to B, or from A to the files as they are.
+
+    Without A and B: from the last commit to the files if they were edited, else what the last
+    commit changed.
+    """
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.store.graphs import term
+    from adaptbot_cli.adapters.tables.changes import difference, patch_notes
+    from adaptbot_cli.adapters.tables.words import said
+    from adaptbot_cli.core.changes import as_json, as_update
+    from adaptbot_cli.session.knowing import Home, differences
+
+    found = workspace(workspace_dir)
+    home = Home(found, domain_name(domain, found))
+    changes, before, after, words = differences(home, a, b)
+    if json:
+        print_json({"from": before, "to": after, **as_json(changes, words)})
+    elif patch:
+        for note in patch_notes(changes):
+            typer.echo(note)
+        typer.echo(as_update(changes.delta, lambda node: str(term(node))), nl=False)
+    else:
+        out = console()
+        out.print(Text.assemble(said(before, "yellow"), " → ", said(after, "yellow")))
+        out.print(difference(changes, words))
+
+
+def why(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, an action, an absence.")],
+    prop: Annotated[
+        str, typer.Argument(metavar="[PROPERTY]", help="One property, with all its past.")
+    ] = "",
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
+    from adaptbot_cli.adapters.tables.history import why as table
+    from adaptbot_cli.core.terms import local
+    from adaptbot_cli.session import knowing
+
+    found = workspace(workspace_dir)
+    home = knowing.Home(found, domain_name(domain, found))
+    told = knowing.why(home, name, prop)
+    if not json:
+        console().print(table(told.name, told.facts, told.history, home.words))
+        return
+    facts = [
+        {
+            "name": home.words.name(s),
+            "predicate": local(p),
+            "label": home.words.label(p),
+            "value": home.words.value(o),
+            "origin": told.facts[s, p, o].as_json(),
+        }
+        for s, p, o in sorted(told.facts)
+    ]
+    past = [
+        {"sign": turn.sign, "value": home.words.value(turn.triple[2]), **turn.origin.as_json()}
+        for turn in told.history
+    ]
+    print_json({"name": name, "facts": facts, "history": past})

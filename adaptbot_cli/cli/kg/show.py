@@ -1,0 +1,156 @@
+"""`adaptbot kg show` and `stats`: what is known of this home."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    KgOption,
+    WorkspaceOption,
+    console,
+    domain_name,
+    print_json,
+    workspace,
+)
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from adaptbot_cli.core.kg import Kg
+
+    Shown = tuple[Any, Callable[[], RenderableType]]
+
+
+def show(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME|CLASS|PLACE]", help="A thing, class, action or task."),
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="REV", help="As it was at a revision.")
+    ] = None,
+    tasks: Annotated[bool, typer.Option("--tasks", help="List the tasks that are known.")] = False,
+    actions: Annotated[bool, typer.Option("--actions", help="List the actions.")] = False,
+    domain: DomainOption = None,
+    kg: KgOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Show what is known: all of it, one thing, place, class, action or task."""
+    from adaptbot_cli import session
+
+    home = workspace(workspace_dir)
+    graph = session.load(home, domain_name(domain, home), kg or (), at)
+    if tasks or actions:
+        plain, table = _listed(graph, tasks, actions)
+    elif name is None:
+        plain, table = _everything(graph)
+    else:
+        plain, table = _called(graph, name)
+    if json:
+        print_json(plain)
+    else:
+        console().print(table())
+
+
+def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
+    from adaptbot_cli.adapters.tables import pack
+    from adaptbot_cli.core import describing
+
+    domain = graph.domain
+    told_tasks = [describing.task(task, domain) for task in domain.tasks] if tasks else []
+    found = domain.actions.values() if actions else ()
+    told_actions = [describing.action(graph, action) for action in found]
+    return [*told_tasks, *told_actions], lambda: pack.listing(told_tasks, told_actions)
+
+
+def _everything(graph: "Kg") -> "Shown":
+    from adaptbot_cli.adapters.tables import things
+    from adaptbot_cli.core import view
+
+    groups = view.everything(graph)
+    told = [thing.as_json() for _, members in groups for thing in members]
+    return {**_size(graph), "things": told}, lambda: things.everything(graph, groups)
+
+
+def _called(graph: "Kg", name: str) -> "Shown":
+    """What bears a name: a thing goes before a class, an action and a task."""
+    from adaptbot_cli.adapters.tables import pack, things
+    from adaptbot_cli.core import describing, view
+
+    found = graph.find(name)
+    if found:
+        thing = view.thing(graph, found[0])
+        return thing.as_json(), lambda: things.one(graph, thing)
+    kind = view.kind_called(graph, name)
+    if kind is not None:
+        members = view.members(graph, kind)
+        about = describing.kind(graph.domain, kind)
+        return (
+            [thing.as_json() for thing in members],
+            lambda: things.members(graph, kind, members, about),
+        )
+    action = describing.action_called(graph, name)
+    if action is not None:
+        told = describing.action(graph, action)
+        return told, lambda: pack.action(told)
+    task = describing.task_called(graph.domain, name)
+    if task is not None:
+        wanted = describing.task(task, graph.domain)
+        missing = [item for item in wanted["needs"] if not graph.find(item)]
+        return {**wanted, "missing": missing}, lambda: pack.task(wanted, missing)
+    raise _unknown(graph, name)
+
+
+def _unknown(graph: "Kg", name: str) -> Exception:
+    from adaptbot_cli.core import view
+    from adaptbot_cli.core.learning import is_absent
+    from adaptbot_cli.errors import UsageError
+
+    if is_absent(graph, name, "item"):
+        return UsageError(
+            f"{name} is not here, as a person has said; `adaptbot kg why` tells who, "
+            "`adaptbot kg retract` takes it back"
+        )
+    if is_absent(graph, name, "action"):
+        return UsageError(
+            f"{name} is not possible here, as a person has said; `adaptbot kg why` tells who, "
+            "`adaptbot kg retract` takes it back"
+        )
+    near = view.near(graph, name)
+    hint = f"; near it: {', '.join(near)}" if near else ""
+    return UsageError(f"no thing, class, action or task is called {name}{hint}")
+
+
+def _size(graph: "Kg") -> dict[str, Any]:
+    nodes, edges = graph.size()
+    return {"domain": graph.domain.name, "nodes": nodes, "edges": edges}
+
+
+def stats(
+    domain: DomainOption = None,
+    kg: KgOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Count nodes and edges as the paper does, and what there is of each class."""
+    from adaptbot_cli import session
+    from adaptbot_cli.adapters.tables import things
+    from adaptbot_cli.core import view
+    from adaptbot_cli.core.terms import local
+
+    home = workspace(workspace_dir)
+    graph = session.load(home, domain_name(domain, home), kg or ())
+    told = {
+        **_size(graph),
+        "classes": {local(kind.iri): count for kind, count in view.counts(graph)},
+        "actions": len(graph.domain.actions),
+        "tasks": len(graph.domain.tasks),
+    }
+    if json:
+        print_json(told)
+    else:
+        console().print(things.stats(graph, told))

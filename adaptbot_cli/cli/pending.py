@@ -1,0 +1,139 @@
+"""`adaptbot pending`: the questions that runs have left open, and their answers."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    JsonOption,
+    WorkspaceOption,
+    at_terminal,
+    console,
+    domain_name,
+    print_json,
+    workspace,
+)
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.pending import Pending, Sitting
+    from adaptbot_cli.session.pending import Open
+
+STILL_OPEN = 3
+
+app = typer.Typer(help="The questions that runs have left open.", invoke_without_command=True)
+
+
+@app.callback()
+def pending(
+    context: typer.Context,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """List the open questions, with the tasks and steps that wait for each, most useful first."""
+    if context.invoked_subcommand is not None:
+        return
+    from adaptbot_cli.adapters.pending import listing
+    from adaptbot_cli.session.pending import find_open
+
+    home = workspace(workspace_dir)
+    found = find_open(home, domain_name(domain, home))
+    if json:
+        print_json({"domain": found.kg.domain.name, "questions": _questions(found.pending)})
+        return
+    out = console()
+    if found.pending:
+        out.print(listing(found.pending))
+    _tell(found)
+
+
+def _tell(found: "Open") -> None:
+    """Say how much waits, here and in other domains, and how to answer it."""
+    from rich.text import Text
+
+    name = found.kg.domain.name
+    tasks = {task for each in found.pending for task in each.tasks}
+    told = f"{name}: no question is open"
+    if found.pending:
+        told = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: adaptbot pending answer"
+    others = [f"{other} ({count})" for other, count in sorted(found.others.items())]
+    told += f"; see --domain for {', '.join(others)}" if others else ""
+    console().print(Text(told, "dim"))
+
+
+def _questions(pending: "list[Pending] | Any") -> list[dict[str, Any]]:
+    return [
+        {
+            "about": each.question.about,
+            "kind": each.question.kind,
+            "prop": each.question.prop or None,
+            "subject": each.question.subject,
+            "text": each.question.text,
+            "answers": [choice.value for choice in each.question.choices],
+            "tasks": list(each.tasks),
+            "steps": each.steps,
+        }
+        for each in pending
+    ]
+
+
+@app.command("answer")
+def answer_pending(
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Answer the open questions in one sitting, and see which tasks can be done then."""
+    from adaptbot_cli.adapters.pending import SittingScreen, came_of
+    from adaptbot_cli.errors import Interrupted, UsageError
+    from adaptbot_cli.session.building import Request
+    from adaptbot_cli.session.pending import answer, find_open, sit_down
+
+    home = workspace(workspace_dir)
+    there = at_terminal(sys.stdin) and at_terminal(sys.stderr)
+    if answers is None and not there:
+        raise UsageError("nobody is at a terminal to answer; give --answers FILE")
+    found = find_open(home, domain_name(domain, home))
+    if not found.pending:
+        print_json({"learned": [], "tasks": [], "still": []}) if json else _tell(found)
+        return 0
+    request = Request("", found.kg.domain.name, answers=answers)
+    prompts = console(stderr=True) if there else None
+    screen = SittingScreen(console(stderr=json))
+    with sit_down(found, request, home, prompts, [screen]) as ports:
+        try:
+            came = answer(found, ports)
+        except KeyboardInterrupt:
+            told = "interrupted; nothing was committed. To go on: adaptbot pending answer"
+            raise Interrupted(told) from None
+    if json:
+        print_json(_summary(came))
+    else:
+        out = console()
+        out.print()
+        out.print(came_of(came))
+    return 0 if all(result.goal_met for result in came.results) else STILL_OPEN
+
+
+def _summary(came: "Sitting") -> dict[str, Any]:
+    return {
+        "answered": came.answered,
+        "learned": [lesson.sentence for lesson in came.lessons],
+        "revision": came.revision,
+        "tasks": [
+            {
+                "task": result.report.task.name,
+                "outcome": result.verdict,
+                "goal": result.goal_met,
+                "waits": sum(result.report.task.name in each.tasks for each in came.still),
+            }
+            for result in came.results
+        ],
+        "still": _questions(came.still),
+    }

@@ -1,0 +1,55 @@
+"""`adaptbot resume`: go on with a run that was cut off."""
+
+from typing import Annotated, Any
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    JsonOption,
+    WorkspaceOption,
+    console,
+    domain_name,
+    opened,
+    workspace,
+)
+from adaptbot_cli.cli.run import pursue
+
+
+def resume(
+    run: Annotated[
+        str, typer.Argument(metavar="[ID]", help="A transcript; without it, the latest cut off.")
+    ] = "",
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Go on with a run that was cut off, from the answers it had."""
+    from rich.text import Text
+
+    from adaptbot_cli import session
+    from adaptbot_cli.core.visible import visible
+
+    home = workspace(workspace_dir)
+    path = session.cut_off(home, run)
+    header = session.header_of(path)
+    domain = domain_name(_text(header, "domain") or None, home)
+    screen = console(stderr=json)
+    screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
+    model = _text(header, "model") or None
+    chosen = opened(screen, home, _text(header, "task"), domain, model)
+    request = session.Request(
+        task=_text(header, "task"),
+        domain=domain,
+        model=model,
+        chosen=chosen,
+        policy=header.get("policy", "tutor"),
+        replans=header.get("replans", 3),
+        requires=tuple(header.get("requires") or ()),
+        apply=header.get("apply") is True,
+        full=header.get("full") is True,
+        resumes=path,
+    )
+    return pursue(request, home, json)
+
+
+def _text(header: Any, key: str) -> str:
+    return str(header.get(key) or "")

@@ -1,0 +1,122 @@
+"""The plan in the person's hands: what stays open, is dropped, edited or rejected."""
+
+from collections.abc import Generator
+from dataclasses import replace
+from typing import Any, Literal
+
+from adaptbot_cli.core.editing import Edit, edited, rejection
+from adaptbot_cli.core.examine import lost_items
+from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.mend import mended
+from adaptbot_cli.core.names import normal, sentence_list
+from adaptbot_cli.core.plan import Finding
+from adaptbot_cli.core.questions import EDIT, LATER, NO, STOP, YES, Answer, Choice, Question
+from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.run import Run, look_at, propose
+from adaptbot_cli.core.turns import Amend, Ask, Propose, Turn
+
+Reported = Generator[Turn, Any, Report]
+
+
+def amended(run: Run, report: Report, why: Literal["asked", "open", "ready"]) -> Reported:
+    """Offer one edit; return the plan checked again after it, the same if there was none.
+
+    A plan that is rejected goes back to the planner with the reason. What it makes of that is
+    refused if it loses a required item, as after any other re-prompt.
+    """
+    edit: Edit | None = yield Amend(report, why, run.kg)
+    if edit is None:
+        return report
+    if edit.kind != "reject":
+        return (yield from _become(run, report, edited(edit, report, run.parse)))
+    findings = (*still_open(run, report), rejection(edit))
+    text = yield from propose(run, Propose(run.task, 1, report.text, findings))
+    lost = lost_items(run.parse(report.text), run.parse(text), run.scene)
+    if run.policy == "tutor" and lost:
+        return guarded(report, lost)
+    if text == report.text:
+        return replace(report)
+    return (yield from _become(run, report, text))
+
+
+def _become(run: Run, report: Report, text: str) -> Reported:
+    """Look at a new text, and remember it as what the person wants of the old one."""
+    run.edits.pop(text, None)
+    if text != report.text:
+        run.edits[report.text] = text
+    return (yield from look_at(run, text))
+
+
+def mend(run: Run, report: Report) -> Reported:
+    """Offer, once, the changes that would make the plan reach its goal; make them if agreed to."""
+    if run.policy == "paper" or run.stopped or not unsolved(run, report):
+        return report
+    offered = mended(report, run.scene, run.parse)
+    question = Question(
+        "mend",
+        normal(run.task.name),
+        "Shall I change the plan like this? Then it reaches its goal.",
+        choices=_MEND,
+        notes=offered.changes if offered else (),
+        answered=tuple(run.asked.values()),
+    )
+    if offered is None or question.key in run.asked:
+        return report
+    answer: Answer = yield Ask(question)
+    if answer.value == EDIT:
+        return (yield from amended(run, report, "asked"))
+    if answer.value == STOP.value:
+        run.stopped, answer = True, LATER
+    run.asked[question.key] = (question, answer)
+    if answer.value != LATER.value:
+        run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    return (yield from look_at(run, offered.text)) if answer.value == YES else report
+
+
+_MEND = (
+    Choice(YES, "yes, change it"),
+    Choice(NO, "no, leave it as it is"),
+    Choice(EDIT, "let me change it myself"),
+)
+
+
+def unsolved(run: Run, report: Report) -> bool:
+    """Tell whether findings are open about anything but what the person has put off."""
+    later = {q.about for q, answer in run.asked.values() if answer.value == LATER.value}
+    return any(normal(f.subject) not in later | run.scene.aside for f in report.open)
+
+
+def still_open(run: Run, report: Report) -> tuple[Finding, ...]:
+    """Return what a new plan could mend: not what nobody answers, nor a required item not there.
+
+    That a required item is unknown is the person's to mend; the paper's policy re-prompts for it.
+    """
+
+    def lacks(f: Finding) -> bool:
+        unknown = f.code == "E201" and run.policy == "tutor"
+        return run.scene.requires(f.subject) and (unknown or is_absent(run.kg, f.subject, "item"))
+
+    return tuple(
+        f for f in report.open if normal(f.subject) not in run.scene.aside and not lacks(f)
+    )
+
+
+def guarded(report: Report, lost: tuple[str, ...]) -> Report:
+    """Return the old plan, with what a new one that lost required items did wrong."""
+    message = f"a new plan left out {sentence_list(lost)}, which the task requires; it was refused"
+    finding = Finding("E502", message, lost[0], candidates=lost)
+    kept = tuple(f for f in report.findings if f.code != "E502")
+    return replace(report, findings=(*kept, finding))
+
+
+def set_aside(run: Run, report: Report) -> Reported:
+    """Drop the steps that only a thing nobody needs for the goal holds up (III-C, not there)."""
+    names = {
+        normal(f.subject)
+        for f in report.blocking
+        if f.code in ("E101", "E201", "E203") and not run.scene.requires(f.subject)
+    }
+    if not names - run.scene.aside:
+        return report
+    run.scene.aside |= names
+    return (yield from look_at(run, report.text))

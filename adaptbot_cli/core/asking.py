@@ -1,0 +1,284 @@
+"""What to ask the person next (paper, III-C)."""
+
+from collections.abc import Iterable, Mapping
+
+from rdflib import RDF, URIRef
+
+from adaptbot_cli.core import acting, learning, resolve
+from adaptbot_cli.core.domain import Action, Kind, Property
+from adaptbot_cli.core.names import nearest, normal
+from adaptbot_cli.core.plan import Finding
+from adaptbot_cli.core.questions import (
+    ABSENT,
+    EDIT,
+    EXISTS,
+    FIXED,
+    LATER,
+    Answer,
+    Choice,
+    Key,
+    Question,
+    Subject,
+)
+from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.terms import local
+
+Asked = Mapping[Key, tuple[Question, Answer]]
+
+
+def next_question(
+    report: Report, scene: Scene, asked: Asked, required_only: bool = False
+) -> Question | None:
+    """Return the next question that this plan needs an answer to, if any is left to ask.
+
+    Questions about something just taught come first; the rest in the order of the plan. Nothing
+    is asked twice. With `required_only` only required items are asked about.
+    """
+    about_taught = next(iter(_about_the_taught(scene, asked)), None)
+    if about_taught is not None:
+        return about_taught
+    for finding in report.blocking:
+        if required_only and not scene.requires(finding.subject):
+            continue
+        question = _question(finding, report, scene)
+        if question is not None and question.key not in asked:
+            return question
+        follow_up = _kind_question(finding, report, scene, asked)
+        follow_up = follow_up or _action_question(finding, report, scene, asked)
+        if follow_up is not None:
+            return follow_up
+    return None
+
+
+def all_open(report: Report, scene: Scene, asked: Asked) -> list[Question]:
+    """Return every question that this plan needs an answer to now, in the order of the plan."""
+    found: list[Question] = []
+    put_off = dict(asked)
+    while (question := next_question(report, scene, put_off)) is not None:
+        put_off[question.key] = (question, LATER)
+        found.append(question)
+    return found
+
+
+def following(name: str, report: Report, scene: Scene, asked: Asked) -> Question | None:
+    """Return the next question that answers about one thing have led to."""
+    about_taught = next(iter(_about_the_taught(scene, asked)), None)
+    led_to = (q for q in all_open(report, scene, asked) if q.about == name)
+    return about_taught or next(led_to, None)
+
+
+def taught(asked: Asked) -> tuple[str, ...]:
+    """Return the names of the items that this run has taught, in the order of their teaching."""
+    names = [
+        question.about
+        for question, answer in asked.values()
+        if question.subject == "item" and _makes_known(question, answer)
+    ]
+    return tuple(dict.fromkeys(names))
+
+
+def _makes_known(question: Question, answer: Answer) -> bool:
+    if question.kind == "kind":
+        return answer.value in {choice.value for choice in question.choices}
+    return question.kind == "existence" and answer.value == EXISTS
+
+
+def _about_the_taught(scene: Scene, asked: Asked) -> Iterable[Question]:
+    """What each new place is, and where each item that this run has taught is kept."""
+    for question in _kinds_of_new_places(scene, asked):
+        if question.key not in asked:
+            yield question
+    for name in taught(asked):
+        for question in _place_questions(name, scene):
+            if question.key not in asked:
+                yield question
+
+
+def _place_questions(name: str, scene: Scene) -> Iterable[Question]:
+    for entity in scene.kg.find(name):
+        prop = _place_property(entity, scene)
+        if prop is not None and scene.kg.value(entity, prop.iri) is None:
+            yield learning.attribute_question(scene.kg, name, prop, "")
+
+
+def _kinds_of_new_places(scene: Scene, asked: Asked) -> Iterable[Question]:
+    for question, answer in asked.values():
+        kinds = kinds_of_place(question.prop, scene) if answer.new else []
+        if len(kinds) > 1 and not scene.kg.find(answer.new):
+            yield _what_is(normal(answer.new), kinds, question.text)
+
+
+def kinds_of_place(prop: str, scene: Scene) -> list[Kind]:
+    """Return the kinds that can be taught and that a location property leads to."""
+    found = property_called(prop, scene)
+    return [k for k in scene.domain.teachable if found is not None and found.range in k.supers]
+
+
+def needed_of(name: str, report: Report, scene: Scene, asked: Asked) -> list[Question]:
+    """Return the questions about one item that this plan needs an answer to."""
+    places = list(_place_questions(name, scene)) if name in taught(asked) else []
+    findings = [f for f in report.blocking if f.code == "E301" and normal(f.subject) == name]
+    found = [_question(finding, report, scene) for finding in findings]
+    return [question for question in (*places, *found) if question and question.key not in asked]
+
+
+def _place_property(entity: URIRef, scene: Scene) -> Property | None:
+    for iri in scene.kg.facts.objects(entity, RDF.type):
+        kind = scene.domain.kinds.get(iri)  # type: ignore[call-overload]
+        if kind is not None and kind.location_property is not None:
+            return scene.domain.properties.get(kind.location_property)
+    return None
+
+
+def _question(finding: Finding, report: Report, scene: Scene) -> Question | None:
+    context = _source(finding, report)
+    if finding.code == "E201":
+        return _existence("item", finding, report, scene)
+    if finding.code == "E101":
+        return _existence("action", finding, report, scene)
+    if finding.code == "E301":
+        prop = property_called(finding.prop, scene)
+        if prop is not None:
+            name = normal(finding.subject)
+            prevents = f"“{context}” stays open" if context else ""
+            return learning.attribute_question(scene.kg, name, prop, context, prevents)
+    return None
+
+
+def _source(finding: Finding, report: Report) -> str:
+    if finding.step is None:
+        return ""
+    step = report.steps[finding.step - 1]
+    return step.source or step.call.render()
+
+
+def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene) -> Question | None:
+    name = normal(finding.subject)
+    if not name or learning.is_absent(scene.kg, name, subject):
+        return None
+    said = name.replace("_", " ")
+    text = f'I do not know "{said}". Is there such a thing in this {scene.domain.name}?'
+    known = _everything(scene)
+    if subject == "action":
+        text = f'I do not know how to "{said}". Is it something I can do here?'
+        known = list(scene.domain.actions)
+    by_nearness = nearest(name, known, len(known), floor=0.0)
+    return Question(
+        "existence",
+        name,
+        text,
+        "",
+        subject,
+        _outcomes(name, subject, report, scene),
+        tuple(dict.fromkeys((*finding.candidates, *by_nearness))),
+        finding.candidates,
+        _source(finding, report),
+    )
+
+
+def _outcomes(name: str, subject: Subject, report: Report, scene: Scene) -> tuple[Choice, ...]:
+    """The outcomes of an existence check (III-C), each with what it leads to."""
+    named = (step.call.args if subject == "item" else [step.call.action] for step in report.steps)
+    count = sum(name in map(normal, names) for names in named)
+    steps = f"{count} step{'s' * (count != 1)}"
+    without = f"{steps} left out; I never ask again"
+    if subject == "item" and scene.requires(name):
+        without = "the task cannot be done as asked; I never ask again"
+    if subject == "action":
+        return (
+            Choice("is", "it is another name for something you can do", "I remember the name"),
+            Choice(ABSENT, "no, it is not possible here", without),
+            Choice(FIXED, "it is one, always with the same argument", "I remember both"),
+            Choice(EXISTS, "yes, it is possible", "I ask what it does"),
+            Choice(EDIT, "change the plan instead"),
+            Choice(LATER.value, "ask me later", "it stays open"),
+        )
+    return (
+        Choice("is", "it is another name for something you know", "I remember the name"),
+        Choice(ABSENT, "no, there is none", without),
+        Choice(EXISTS, "yes, there is", "I ask what it is, and what the plan needs"),
+        Choice(EDIT, "change the plan instead"),
+        Choice(LATER.value, "ask me later", "it stays open"),
+    )
+
+
+def _everything(scene: Scene) -> list[str]:
+    kinds = [kind.iri for kind in scene.domain.teachable]
+    return sorted(scene.kg.name(entity) for entity in scene.kg.instances(kinds))
+
+
+def property_called(name: str, scene: Scene) -> Property | None:
+    """Return the property with a short name, if the domain has one."""
+    return next((p for p in scene.domain.properties.values() if local(p.iri) == name), None)
+
+
+def _kind_question(finding: Finding, report: Report, scene: Scene, asked: Asked) -> Question | None:
+    """What kind of thing something is that a person has said exists."""
+    name = normal(finding.subject)
+    said = asked.get(("existence", name, "", "item"))
+    if finding.code != "E201" or said is None or said[1].value != EXISTS:
+        return None
+    kinds = possible_kinds(name, report, scene)
+    question = _what_is(name, kinds, _source(finding, report))
+    return None if question.key in asked else question
+
+
+def _action_question(
+    finding: Finding, report: Report, scene: Scene, asked: Asked
+) -> Question | None:
+    """The next question about an action that a person says is possible."""
+    said = asked.get(("existence", normal(finding.subject), "", "action"))
+    if finding.code != "E101" or said is None or said[1].value not in (EXISTS, FIXED):
+        return None
+    unknown = unknown_action(normal(finding.subject), report)
+    return acting.next_question(unknown, said[1].value, scene.kg, asked)
+
+
+def unknown_action(name: str, report: Report) -> acting.Unknown:
+    """Return an action that a plan writes and that is not known, as the plan has it."""
+    step = next(s for s in report.steps if normal(s.call.action) == name)
+    found = [f for f in report.findings if f.code == "E101" and normal(f.subject) == name]
+    near = found[0].candidates if found else ()
+    return acting.Unknown(name, step.call, near, step.source or step.call.render())
+
+
+def _what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:
+    choices = tuple(Choice(local(kind.iri), kind.label, kind.comment) for kind in kinds)
+    text = f"What is {name.replace('_', ' ')}?"
+    return Question("kind", name, text, choices=choices, context=context)
+
+
+def kinds_of_choices(question: Question, scene: Scene) -> list[Kind]:
+    """Return the kinds that a question about a kind offers, in its order."""
+    kinds = {local(kind.iri): kind for kind in scene.domain.teachable}
+    return [kinds[choice.value] for choice in question.choices if choice.value in kinds]
+
+
+def possible_kinds(name: str, report: Report, scene: Scene) -> list[Kind]:
+    """Return the kinds that an unknown thing can be, from the steps that use it.
+
+    Which action of a family was written says little of the thing, so all kinds that the family
+    takes are possible; the one that was written for comes first.
+    """
+    kinds = list(scene.domain.teachable)
+    likely: set[URIRef] = set()
+    for step in report.steps:
+        action = resolve.action(step.call.action, scene).action
+        for position, arg in enumerate(step.call.args if action else ()):
+            if action and normal(arg) == name and position < len(action.visible):
+                likely |= set(action.visible[position].classes)
+                classes = _of_family(action, position, scene)
+                kinds = [k for k in kinds if classes & set(k.supers)] or kinds
+    return sorted(kinds, key=lambda kind: not likely & set(kind.supers))
+
+
+def _of_family(action: Action, position: int, scene: Scene) -> set[URIRef]:
+    """The classes that an action or others of its family take at a position."""
+    family = [a for a in scene.domain.actions.values() if a.family and a.family == action.family]
+    return {
+        iri
+        for member in family or [action]
+        for parameter in member.visible[position : position + 1]
+        for iri in parameter.classes
+    }

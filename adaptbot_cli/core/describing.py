@@ -1,0 +1,122 @@
+"""Actions, tasks and classes as people read them: what they take, need and do."""
+
+import re
+from typing import Any
+
+from rdflib.term import Node
+
+from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.terms import local
+
+_SPACE = re.compile(r"\s+")
+_NAMED = re.compile(r"\{(\w+)\}")
+
+
+def action_called(kg: Kg, name: str) -> Action | None:
+    """Return the action of a name or of another name for it."""
+    wanted = normal(name)
+    actions = kg.domain.actions.values()
+    own = next((action for action in actions if normal(action.name) == wanted), None)
+    return own or next((a for a in actions if wanted in map(normal, _names(a))), None)
+
+
+def _names(action: Action) -> list[str]:
+    return [*action.aliases, *(name for called in action.called_as for name in called.names)]
+
+
+def task_called(domain: Domain, name: str) -> Task | None:
+    """Return the task of a name, if the domain lists it."""
+    return domain.task_names.get(normal(name))
+
+
+def action(kg: Kg, found: Action) -> dict[str, Any]:
+    """Return what an action takes, requires and changes as a plain object."""
+    effect = found.effect
+    return {
+        "action": found.name,
+        "iri": str(found.iri),
+        "explain": found.explain,
+        "also_called": [*_names(found), *kg.aliases(found.iri)],
+        "parameters": [_parameter(kg.domain, parameter) for parameter in found.parameters],
+        "requires": [
+            *(
+                {
+                    "of": needed.of,
+                    "attribute": local(needed.prop),
+                    "value": _plain(needed.value),
+                    "if_not": _plainly(needed.message),
+                }
+                for needed in found.attributes
+            ),
+            *(
+                {"holds": _one_line(c.query), "if_not": _plainly(c.message)}
+                for c in found.conditions
+            ),
+        ],
+        "advises": [_plainly(condition.message) for condition in found.advises],
+        "changes": {
+            "removes": [_template(triple) for triple in effect.deletes] if effect else [],
+            "adds": [_template(triple) for triple in effect.inserts] if effect else [],
+        },
+        "effect_known": effect is not None,
+    }
+
+
+def _parameter(domain: Domain, parameter: Parameter) -> dict[str, Any]:
+    classes = [domain.kinds[c].label if c in domain.kinds else local(c) for c in parameter.classes]
+    datatype = [local(parameter.datatype)] if parameter.datatype else []
+    return {
+        "name": parameter.name,
+        "takes": [*classes, *datatype],
+        "optional": parameter.optional or bool(parameter.default),
+        "hidden": parameter.hidden,
+    }
+
+
+def _plain(value: Node) -> Any:
+    plain = getattr(value, "value", None)
+    return plain if isinstance(plain, bool | int | float | str) else local(value)
+
+
+def _template(triple: tuple[Node, Node, Node]) -> str:
+    return " ".join(
+        f"?{node}" if type(node).__name__ == "Variable" else local(node) for node in triple
+    )
+
+
+def _plainly(message: str) -> str:
+    """A message of the domain with its parameters by name, for none has a value here."""
+    return _NAMED.sub(r"\1", message)
+
+
+def _one_line(query: str) -> str:
+    return _SPACE.sub(" ", query).strip()
+
+
+def task(found: Task, domain: Domain) -> dict[str, Any]:
+    """Return what a task needs and when it is done as a plain object."""
+    names = sorted(
+        n for n, t in domain.task_names.items() if t == found and n != normal(found.name)
+    )
+    return {
+        "task": found.name,
+        "also_called": names,
+        "needs": list(found.required),
+        "done_unless": [_plainly(goal.message) for goal in (*domain.goals, *found.goals)],
+    }
+
+
+def kind(domain: Domain, found: Kind) -> dict[str, Any]:
+    """Return what is said and asked about a class as a plain object."""
+    supers = [domain.kinds[iri].label for iri in found.supers[1:] if iri in domain.kinds]
+    asked = [domain.properties[iri] for iri in found.asks if iri in domain.properties]
+    return {
+        "class": local(found.iri),
+        "label": found.label,
+        "about": found.comment,
+        "is_a": supers,
+        "asked": [{"property": local(p.iri), "label": p.label} for p in asked],
+    }

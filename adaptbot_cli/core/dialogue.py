@@ -1,0 +1,164 @@
+"""The dialogue with the person: what is asked together, offered, settled and reviewed (III-C)."""
+
+from collections.abc import Generator
+from dataclasses import replace
+from typing import Any
+
+from adaptbot_cli.core import asking, clashes, forms, suggest, teach
+from adaptbot_cli.core.amending import amended
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.questions import EDIT, LATER, NEW, STOP, Answer, Question, Reviewed
+from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.run import Run, forget_all, look_at
+from adaptbot_cli.core.turns import (
+    Ask,
+    Checked,
+    Keep,
+    Kept,
+    Learned,
+    LookUp,
+    Offer,
+    Review,
+    Trace,
+    Turn,
+)
+
+
+def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn, Any, Report]:
+    """Ask the person about what is open, learn from each answer, and check again (III-C).
+
+    What is to be known of one thing is asked together; once nothing needs more of a new thing, the
+    rest of what its kind is asked is offered.
+    """
+    told = True
+    while True:
+        question = None
+        if not run.stopped:
+            question = asking.next_question(report, run.scene, run.asked, required_only)
+        known = len(run.lessons)
+        name = forms.unoffered(run.asked, run.offers, question)
+        if name is not None and not run.stopped:
+            run.offers.add(name)
+            yield from _offer(run, report, forms.rest(name, run.scene, run.asked))
+        elif question is not None:
+            if not told and question.about not in asking.taught(run.asked):
+                yield Checked(report)
+                told = True
+            yield from _ask_together(run, report, question)
+            if run.to_edit:
+                run.to_edit, told = False, True
+                report = yield from amended(run, report, "asked")
+        else:
+            break
+        if len(run.lessons) > known:
+            report = yield from look_at(run, report.text, tell=False)
+            told = False
+    if not told:
+        yield Checked(report)
+    return report
+
+
+def ask_about(run: Run, report: Report, question: Question) -> Generator[Turn, Any, Report]:
+    """Ask one question, and what else is to be known of the same thing because of the answer."""
+    following: Question | None = question
+    while following is not None and not run.stopped:
+        known = len(run.lessons)
+        yield from _ask_together(run, report, following)
+        if len(run.lessons) > known:
+            report = yield from look_at(run, report.text, tell=False)
+        following = asking.following(question.about, report, run.scene, run.asked)
+    return report
+
+
+def _ask_together(run: Run, report: Report, question: Question) -> Generator[Turn, Any, None]:
+    """Ask a question, and what else is to be known of the same thing."""
+    yield from _look_around(run, question)
+    form = forms.around(question, report, run.scene, run.asked, run.full)
+    rest: tuple[Question, ...] = ()
+    if question.about in asking.taught(run.asked) and question.about not in run.offers:
+        rest = forms.rest(question.about, run.scene, run.asked, form)
+    for n, each in enumerate(form):
+        if run.stopped or (n and not forms.is_open(each, run.scene)):
+            continue
+        answered = tuple(run.asked.values())
+        ready = replace(each, together=form[n + 1 :], offered=rest, answered=answered)
+        answer: Answer = yield Ask(ready)
+        if answer.value == EDIT:
+            run.to_edit = True
+            return
+        if answer.value == STOP.value:
+            run.stopped, answer = True, LATER
+        yield from _learn(run, report, each, answer)
+
+
+def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generator[Turn, Any, None]:
+    """Let the person tell more of a thing, all at once or nothing."""
+    if not questions:
+        return
+    answered = tuple(run.asked.values())
+    ready = tuple(replace(question, answered=answered) for question in questions)
+    answers: tuple[Answer, ...] = yield Offer(ready)
+    for question, answer in zip(questions, answers, strict=True):
+        if answer.value != LATER.value and forms.is_open(question, run.scene):
+            yield from _learn(run, report, question, answer)
+
+
+def _look_around(run: Run, question: Question) -> Generator[Turn, Any, None]:
+    """Look up the words for what is known, which the answer to a question is likely to be like."""
+    words = suggest.words_to_look_up(question, run.scene)
+    if words:
+        found = yield LookUp(words, run.kg.domain.noun_fields)
+        run.scene.around.update({word: found.get(word, ()) for word in words})
+
+
+def _learn(
+    run: Run, report: Report, question: Question, answer: Answer
+) -> Generator[Turn, Any, None]:
+    run.asked[question.key] = (question, answer)
+    if answer.value != LATER.value:
+        run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
+        agreed = yield from _settle(run, lesson)
+        if agreed is not None:
+            teach.take(agreed, run.scene)
+            run.lessons.append(agreed)
+            yield Learned(agreed)
+
+
+def _settle(run: Run, lesson: Lesson) -> Generator[Turn, Any, Lesson | None]:
+    """Have the person say what stands if a lesson contradicts what is known."""
+    old = clashes.contradicted(lesson, run.scene)
+    if not old:
+        return lesson
+    told = yield Trace(tuple(clashes.short(fact) for fact in old))
+    question = clashes.which_stands(lesson, old, told or (), run.lessons, run.scene)
+    ready = replace(question, answered=tuple(run.asked.values()))
+    answer: Answer = LATER if run.stopped else (yield Ask(ready))
+    if answer.value == STOP.value:
+        run.stopped, answer = True, LATER
+    run.asked[question.key] = (question, answer)
+    return clashes.settled(lesson, old, run.scene) if answer.value == NEW else None
+
+
+def keep(run: Run) -> Generator[Turn, Any, tuple[str | None, bool]]:
+    """Have the person review what was learned, then have what is accepted committed.
+
+    The revision comes with whether something was left out, so that the plan must be judged again.
+    """
+    if not run.lessons:
+        return None, False
+    said: bool | Reviewed = yield Review(tuple(run.lessons))
+    keys = {lesson.question.key for lesson in run.lessons}
+    if isinstance(said, Reviewed):
+        keys &= said.left_out
+    left_out = set(teach.resting_on(keys, run.lessons)) if said is not True else set()
+    accepted = [lesson for lesson in run.lessons if lesson.question.key not in left_out]
+    if left_out:
+        forget_all(run)
+        for lesson in accepted:
+            teach.take(lesson, run.scene)
+        run.lessons = accepted
+    if not accepted:
+        return None, True
+    kept: Kept = yield Keep(run.task, tuple(accepted))
+    return kept.revision, bool(left_out)

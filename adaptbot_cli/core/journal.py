@@ -1,0 +1,172 @@
+"""A run is its replies: to correct an answer, run again with the replies that were given.
+
+The method is a pure generator, so the replies make the run. Going back to a question takes the
+run's learning back and starts over: every prompt gets the proposal it got, every question the
+answer it got, up to the one that is to be corrected; later answers whose questions come up again
+are given again. So any way through answers and corrections leads where the final answers lead.
+"""
+
+from collections.abc import Generator, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+from adaptbot_cli.core.questions import (
+    EDIT,
+    LATER,
+    STOP,
+    Answer,
+    Key,
+    Question,
+    Reviewed,
+    Suggestion,
+    fits,
+)
+from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.turns import (
+    Ask,
+    Checked,
+    Execute,
+    Given,
+    Learned,
+    LookUp,
+    Offer,
+    Proposal,
+    Propose,
+    Review,
+    Trace,
+    Turn,
+)
+
+R = TypeVar("R")
+Turns = Generator[Turn, Any, R]
+
+
+class GoBack(Exception):
+    """The person wants to answer the question with the key `to` again."""
+
+    def __init__(self, to: Key) -> None:
+        super().__init__(to)
+        self.to = to
+
+
+@dataclass(slots=True)
+class Journal:
+    """The replies of a run so far.
+
+    `reopened` are the answers that the person went back from: likely ones, when asked again;
+    `quiet` is set while nothing new happens, so that nobody is told a second time.
+    """
+
+    answers: dict[Key, Answer] = field(default_factory=dict)
+    reopened: dict[Key, Answer] = field(default_factory=dict)
+    proposals: dict[Propose, Proposal] = field(default_factory=dict)
+    looked_up: dict[LookUp | Trace, Any] = field(default_factory=dict)
+    executed: list[tuple[Report, Outcome]] = field(default_factory=list)
+    quiet: bool = False
+
+    def play(self, turns: Turns[R]) -> Turns[R]:
+        """Run turns, giving the replies that are known and passing the other turns on.
+
+        Raises:
+            GoBack: the person goes back; `reopen` the question and start again.
+        """
+        reply: Any = None
+        try:
+            while True:
+                try:
+                    turn = turns.send(reply)
+                except StopIteration as stop:
+                    return stop.value  # type: ignore[no-any-return]
+                reply = yield from self._reply(turn)
+        finally:
+            turns.close()
+
+    def reopen(self, key: Key) -> None:
+        """Have a question asked again; without it, everything goes as it went."""
+        self.quiet = True
+        if key in self.answers:
+            self.reopened[key] = self.answers.pop(key)
+
+    def _reply(self, turn: Turn) -> Generator[Turn, Any, Any]:
+        match turn:
+            case Propose():
+                return (yield from self._propose(turn))
+            case LookUp() | Trace():
+                if turn not in self.looked_up:
+                    self.looked_up[turn] = yield turn
+                return self.looked_up[turn]
+            case Checked() | Learned() if self.quiet:
+                return None
+            case Ask():
+                return (yield from self._ask(turn.question))
+            case Offer():
+                return (yield from self._offer(turn.questions))
+            case Execute():
+                return (yield from self._execute(turn))
+            case Review():
+                said = yield turn
+                if isinstance(said, Reviewed) and said.back is not None:
+                    raise GoBack(said.back)
+                return said
+        return (yield turn)
+
+    def _propose(self, turn: Propose) -> Generator[Turn, Any, Proposal]:
+        """The same prompt gets the same plan, which has been paid for."""
+        if turn in self.proposals:
+            known = self.proposals[turn]
+            return replace(known, calls=0, prompt_tokens=0, completion_tokens=0, cost_usd=None)
+        self.quiet = False
+        proposal: Proposal = yield turn
+        if not proposal.failure:
+            self.proposals[turn] = proposal
+        return proposal
+
+    def _ask(self, question: Question) -> Generator[Turn, Any, Answer]:
+        known = self.answers.get(question.key)
+        if known is not None and fits(question, known):
+            if not self.quiet:
+                yield Given(question, known)
+            return known
+        self.quiet = False
+        answer: Answer = yield Ask(self._prepared(question))
+        return self._note(question, answer)
+
+    def _offer(self, questions: tuple[Question, ...]) -> Generator[Turn, Any, tuple[Answer, ...]]:
+        """Offer only what has not been offered before, or is to be corrected."""
+        left = tuple(self._prepared(q) for q in questions if q.key not in self.answers)
+        if left:
+            self.quiet = False
+            told = yield Offer(left)
+            for question, answer in zip(left, told or (), strict=False):
+                self._note(question, answer)
+            for question in left:
+                self.answers.setdefault(question.key, LATER)
+        return tuple(self.answers[question.key] for question in questions)
+
+    def _note(self, question: Question, answer: Answer) -> Answer:
+        if answer.to is not None:
+            raise GoBack(answer.to)
+        if answer.value not in (STOP.value, EDIT):
+            self.answers[question.key] = answer
+        return answer
+
+    def _prepared(self, question: Question) -> Question:
+        """A question with what was said before as the likely answer, and without what is known."""
+        before = self.reopened.get(question.key)
+        if before is not None and before.value != LATER.value and fits(question, before):
+            suggestion = Suggestion(before.value, "as you said before")
+            question = replace(question, suggested=suggestion)
+        together = self._unanswered(question.together)
+        return replace(question, together=together, offered=self._unanswered(question.offered))
+
+    def _unanswered(self, questions: Iterable[Question]) -> tuple[Question, ...]:
+        return tuple(self._prepared(q) for q in questions if q.key not in self.answers)
+
+    def _execute(self, turn: Execute) -> Generator[Turn, Any, Outcome]:
+        """The same plan with the same effects has been carried out already."""
+        for report, before in self.executed:
+            if report == turn.report:
+                return before
+        outcome: Outcome = yield turn
+        self.executed.append((turn.report, outcome))
+        return outcome

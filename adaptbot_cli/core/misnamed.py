@@ -1,0 +1,119 @@
+"""Names in a pack's domain, actions and tasks that nothing bears."""
+
+from collections.abc import Iterable, Iterator
+
+from rdflib import OWL, RDF, RDFS, XSD, URIRef
+
+from adaptbot_cli.core.domain import Action, Kind
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import nearest
+from adaptbot_cli.core.plan import Goal
+from adaptbot_cli.core.sparql import mentions
+from adaptbot_cli.core.terms import AB, FALSE, TRUE, local
+
+_DATATYPES = frozenset(
+    {XSD.boolean, XSD.string, XSD.integer, XSD.decimal, XSD.double, XSD.dateTime, XSD.date}
+)
+_STANDARD = tuple(map(str, (AB, RDF, RDFS, XSD, OWL)))
+
+
+def misnamed(kg: Kg) -> Iterator[str]:
+    """Give a sentence for each class, property or thing that is named and not there."""
+    for kind in kg.domain.kinds.values():
+        yield from _kind(kg, kind)
+    yield from _properties(kg)
+    for action in kg.domain.actions.values():
+        yield from _action(kg, action)
+    agent = kg.domain.agent
+    if agent and (agent, RDF.type, None) not in kg.facts:
+        told = f"ab:agent is {local(agent)}, which attributes.ttl does not have"
+        yield f"domain.ttl, entry {local(kg.domain.iri)}: {told}; give it a class there"
+    for goal in (*kg.domain.goals, *kg.domain.advice):
+        yield from _goal(kg, f"domain.ttl, entry {local(kg.domain.iri)}", goal)
+    for task in kg.domain.tasks:
+        for goal in task.goals:
+            yield from _goal(kg, f'tasks.ttl, entry "{task.name}"', goal)
+
+
+def _kind(kg: Kg, kind: Kind) -> Iterator[str]:
+    where = f"domain.ttl, entry {local(kind.iri)}"
+    properties = kg.domain.properties
+    for above in kind.supers[1:]:
+        if above not in kg.domain.kinds and above != kind.iri:
+            told = f"rdfs:subClassOf {local(above)} is no class of it"
+            yield f"{where}: {told}; {_remedy(above, kg.domain.kinds, 'declare it')}"
+    names = (kind.name_property, kind.location_property)
+    starts = (iri for start in kind.starts for iri in (start.prop, start.when))
+    for iri in (*names, *kind.asks, *starts):
+        if iri and iri not in properties:
+            remedy = _remedy(iri, properties, "declare it as an rdf:Property")
+            yield f"{where}: {local(iri)} is no property of it; {remedy}"
+    for start in kind.starts:
+        prop = properties.get(start.prop)
+        if prop and prop.range == XSD.boolean and start.value not in (TRUE, FALSE):
+            told = f"ab:starts gives {local(prop.iri)} the value {local(start.value)}"
+            yield f"{where}: {told}; write true or false, without quotes"
+
+
+def _properties(kg: Kg) -> Iterator[str]:
+    kinds = kg.domain.kinds
+    for prop in kg.domain.properties.values():
+        where = f"domain.ttl, entry {local(prop.iri)}"
+        if prop.domain and prop.domain not in kinds:
+            remedy = _remedy(prop.domain, kinds, "declare it as an rdfs:Class")
+            yield f"{where}: {local(prop.domain)} is no class of it; {remedy}"
+        if prop.range and prop.range not in kinds and prop.range not in _DATATYPES:
+            remedy = _remedy(prop.range, (*kinds, *_DATATYPES), "write xsd:boolean, or a class")
+            yield f"{where}: rdfs:range {local(prop.range)} is no class or datatype; {remedy}"
+        for implied in prop.implied:
+            if implied.prop and implied.prop not in kg.domain.properties:
+                remedy = _remedy(implied.prop, kg.domain.properties, "declare it")
+                yield f"{where}: {local(implied.prop)} is no property of it; {remedy}"
+
+
+def _action(kg: Kg, action: Action) -> Iterator[str]:
+    where = f"actions.ttl, entry {action.name}"
+    for parameter in action.parameters:
+        for iri in parameter.classes:
+            if iri not in kg.domain.kinds:
+                told = f"parameter {parameter.name}: {local(iri)} is no class of domain.ttl"
+                yield f"{where}: {told}; {_remedy(iri, kg.domain.kinds, 'declare it there')}"
+        for query in (parameter.default, parameter.instead, parameter.of_product):
+            yield from _query(kg, where, query, f"a query of parameter {parameter.name}")
+    purposes = (action.purpose,) if action.purpose else ()
+    for condition in (*action.conditions, *action.advises, *purposes):
+        yield from _query(kg, where, condition.query, f'"{condition.message}"')
+        yield from _query(kg, where, condition.about, f'ab:about of "{condition.message}"')
+    if action.effect is not None:
+        yield from _query(kg, where, action.effect.select, "ab:effect")
+
+
+def _goal(kg: Kg, where: str, goal: Goal) -> Iterator[str]:
+    for name in goal.classes:
+        if URIRef(name) not in kg.domain.kinds:
+            told = f'ab:class {local(URIRef(name))} of "{goal.message}" is no class of domain.ttl'
+            yield f"{where}: {told}; {_remedy(URIRef(name), kg.domain.kinds, 'declare it there')}"
+    actions = {action.iri: action.name for action in kg.domain.actions.values()}
+    for iri in map(URIRef, sorted(goal.before)):
+        if iri not in actions:
+            told = f'ab:before {local(iri)} of "{goal.message}" is no action of actions.ttl'
+            yield f"{where}: {told}; {_remedy(iri, actions, 'declare it there')}"
+    yield from _query(kg, where, goal.query, f'"{goal.message}"')
+    yield from _query(kg, where, goal.about, f'ab:about of "{goal.message}"')
+
+
+def _query(kg: Kg, where: str, query: str, what: str) -> Iterator[str]:
+    """What a query names and neither domain.ttl nor any fact knows."""
+    known = {*kg.domain.properties, *kg.domain.kinds, kg.domain.agent, kg.domain.iri}
+    for iri in sorted(mentions(query) - known):
+        if str(iri).startswith(_STANDARD):
+            continue
+        if (iri, None, None) not in kg.facts and (None, None, iri) not in kg.facts:
+            things = {s for s in kg.facts.subjects(RDF.type) if isinstance(s, URIRef)}
+            remedy = _remedy(iri, known | things, "declare it there, or correct the name")
+            yield f"{where}: {local(iri)} in {what} is not declared in domain.ttl; {remedy}"
+
+
+def _remedy(iri: URIRef, known: Iterable[URIRef], otherwise: str) -> str:
+    near = nearest(local(iri), sorted({local(one) for one in known}), 1)
+    return f"the nearest there is {near[0]}" if near else otherwise

@@ -1,0 +1,149 @@
+"""Where a fact comes from: the question, the answer, the person, the task, the model, the time."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from adaptbot_cli.core.changes import Changes, Words, as_json
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.terms import Triple, local
+
+_NUMBERED = re.compile(r"(Question|Answer|Fact)-([0-9]+)")
+_SAID = re.compile(r"(.*?)(?: \(([^()]*)\))?", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """One answer of a commit: its number there, the question, what was said, by whom and when.
+
+    `facts` are what it taught, each with its sign, in short.
+    """
+
+    number: int
+    question: str
+    said: str
+    by: str = ""
+    at: str = ""
+    facts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a fact comes from.
+
+    `source` is "pack", "answer", "state", "hand edit", "import", "retract", "revert", "update",
+    "git" (committed by other means), "start" (there when versions began) or "uncommitted".
+    `answer` is the answer's id, to take it back by.
+    """
+
+    source: str
+    revision: str = ""
+    author: str = ""
+    when: str = ""
+    subject: str = ""
+    task: str = ""
+    planner: str = ""
+    transcript: str = ""
+    answer: str = ""
+    question: str = ""
+    said: str = ""
+    by: str = ""
+    at: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what is known of it as a plain object."""
+        return {key: value for key, value in asdict(self).items() if value}
+
+
+def answers(trailers: Iterable[tuple[str, str]]) -> tuple[Told, ...]:
+    """Return the answers that a commit's trailers tell, in order."""
+    parts: dict[int, dict[str, list[str]]] = {}
+    for key, value in trailers:
+        match = _NUMBERED.fullmatch(key)
+        if match:
+            parts.setdefault(int(match[2]), {}).setdefault(match[1], []).append(value)
+    return tuple(_told(number, parts[number]) for number in sorted(parts))
+
+
+def _told(number: int, parts: Mapping[str, list[str]]) -> Told:
+    [question, answer] = [" ".join(parts.get(key, ())) for key in ("Question", "Answer")]
+    match = _SAID.fullmatch(answer)
+    said, signed = (match[1], match[2] or "") if match else (answer, "")
+    by, _, at = signed.rpartition(", ") if ", " in signed else (signed, "", "")
+    return Told(number, question, said, by, at, tuple(parts.get("Fact", ())))
+
+
+def short(sign: str, triple: Triple) -> str:
+    """Write a fact as commits tell it: `+ egg obj_location fridge`.
+
+    What a commit message cannot hold is left out there, and so it is here.
+    """
+    text = f"{sign} {' '.join(local(node) for node in triple)}"
+    sound = text.replace("\0", "").encode("utf-8", "replace").decode("utf-8")
+    return " ".join(sound.split())
+
+
+def of_answer(told: Told, delta: Delta) -> Delta:
+    """Return that part of a commit's change that one of its answers taught."""
+    facts = frozenset(told.facts)
+    return Delta(
+        frozenset(t for t in delta.removed if short("-", t) in facts),
+        frozenset(t for t in delta.added if short("+", t) in facts),
+    )
+
+
+def answer_id(revision: str, number: int) -> str:
+    """Return the id of an answer: the commit's short sha and the answer's number in it."""
+    return f"{revision[:7]}.{number}"
+
+
+def trailer(trailers: Iterable[tuple[str, str]], name: str) -> str:
+    """Return a trailer's value, empty if there is none."""
+    return next((value for key, value in trailers if key == name), "")
+
+
+@dataclass(frozen=True, slots=True)
+class Turnover:
+    """One moment in the history of a fact: a value came ("+") or went ("-"), and why."""
+
+    sign: str
+    triple: Triple
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """What one commit taught: where it comes from, its answers with their sentences, the change.
+
+    `start` says that it holds what the versions begin with.
+    """
+
+    origin: Origin
+    answers: tuple[Told, ...]
+    sentences: tuple[str, ...]
+    changes: Changes
+    start: bool = False
+
+    def by(self) -> str:
+        """Return who taught it: the person who answered, else who committed it."""
+        said = dict.fromkeys(told.by for told in self.answers if told.by)
+        return ", ".join(said) or self.origin.by or self.origin.author
+
+    def as_json(self, words: Words) -> dict[str, Any]:
+        """Return the chapter as a plain object; the facts are left out of the first one."""
+        change = as_json(self.changes, words)
+        if self.start:
+            change["things"] = []
+        answers_ = [
+            {
+                "id": answer_id(self.origin.revision, told.number),
+                "question": told.question,
+                "answer": told.said,
+                "by": told.by,
+                "at": told.at,
+                "taught": sentence,
+            }
+            for told, sentence in zip(self.answers, self.sentences, strict=True)
+        ]
+        return {**self.origin.as_json(), "start": self.start, "answers": answers_, **change}

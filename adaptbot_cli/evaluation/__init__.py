@@ -1,0 +1,1 @@
+"""The paper's experiment: three arms, linked trials, measures (docs/evaluation.md)."""

@@ -1,0 +1,129 @@
+"""The paper's baseline: a model alone, its plan carried out as it is written (IV-A2, "LLM")."""
+
+from collections.abc import Generator, Iterator
+from dataclasses import replace
+
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.execute import check_goal
+from adaptbot_cli.core.expand import expand
+from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
+from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.static import understand
+from adaptbot_cli.core.turns import Proposal, Propose
+from adaptbot_cli.core.tutor import Parse
+from adaptbot_cli.core.walk import Walk
+
+Proposals = Generator[Propose, Proposal, Result]
+
+
+def unaided(task: Task, kg: Kg, parse: Parse, replans: int = 3) -> Proposals:
+    """Carry out a model's plan as written; on an error prompt again, `replans` times at most.
+
+    Nothing is refined: a name that only a remedy would make sense of is an error. What the paper's
+    simulator does by itself, such as fetching what a step needs, happens here too.
+    """
+    usage, tries = Usage(), 0
+    turn = Propose(task)
+    while True:
+        proposal = yield turn
+        usage = _spent(usage, proposal)
+        report, outcome = _carry_out(parse(proposal.text), proposal.text, Scene(kg, task))
+        if outcome.error is None or tries >= replans:
+            break
+        tries += 1
+        turn = Propose(task, tries, proposal.text, (outcome.error,))
+    size = kg.size()
+    return Result(report, outcome, usage, sizes=(size, size))
+
+
+def _spent(usage: Usage, proposal: Proposal) -> Usage:
+    cost = proposal.cost_usd
+    return replace(
+        usage,
+        model_calls=usage.model_calls + proposal.calls,
+        prompt_tokens=usage.prompt_tokens + proposal.prompt_tokens,
+        completion_tokens=usage.completion_tokens + proposal.completion_tokens,
+        cost_usd=usage.cost_usd if cost is None else (usage.cost_usd or 0.0) + cost,
+    )
+
+
+def _carry_out(parsed: Parsed, text: str, scene: Scene) -> tuple[Report, Outcome]:
+    """Take the steps in order up to the first error; then check the goal, if there was none."""
+    scene.notice([written.call for written in parsed.calls])
+    walk = Walk(scene.kg)
+    unmet: tuple[Finding, ...] = ()
+    missing: tuple[str, ...] = ()
+    with scene.kg.rehearsal():
+        error = next(_blocking(parsed.findings), None) or _first_error(parsed, walk, scene)
+        if error is None:
+            unmet, missing = check_goal(scene)
+    errors = (error,) if error else ()
+    left_out = _left_out(parsed, scene)
+    findings = tuple(dict.fromkeys((*parsed.findings, *errors, *left_out, *unmet)))
+    report = Report(
+        task=scene.task,
+        text=text,
+        steps=tuple(walk.steps),
+        findings=findings,
+        bounds=tuple(walk.bounds),
+        deltas=tuple(walk.deltas),
+        missing=tuple(dict.fromkeys((*(f.subject for f in left_out), *missing))),
+    )
+    return report, Outcome(tuple(walk.deltas), error, unmet, missing)
+
+
+def _blocking(findings: tuple[Finding, ...]) -> Iterator[Finding]:
+    return (finding for finding in findings if CODES[finding.code].blocks)
+
+
+def _first_error(parsed: Parsed, walk: Walk, scene: Scene) -> Finding | None:
+    for place, written in enumerate(parsed.calls):
+        error = _step(written, walk, scene)
+        if error is not None:
+            _not_reached(parsed.calls[place + 1 :], walk)
+            return error
+    return None
+
+
+def _not_reached(calls: tuple[Written, ...], walk: Walk) -> None:
+    for written in calls:
+        walk.steps.append(Step(written.call, written.source, written.line, "finding"))
+        walk.bounds.append(None)
+        walk.deltas.append(Delta())
+
+
+def _step(written: Written, walk: Walk, scene: Scene) -> Finding | None:
+    """Take one step as written, or return why it cannot be done."""
+    meant = expand(written.call, scene)
+    sound = understand(written.call, scene)
+    change = meant.change or next(iter(sound.changes), None)
+    number = len(walk.steps) + 1
+    if change is not None or not meant.calls:
+        error = _not_as_written(change, written, number)
+        _not_reached((written,), walk)
+        return error
+    seen = len(walk.findings)
+    walk.take(written, sound)
+    return next(_blocking(tuple(walk.findings[seen:])), None)
+
+
+def _not_as_written(change: Change | None, written: Written, number: int) -> Finding:
+    name = change.source if change is not None else written.call.render()
+    code = "E101" if normal(name) == normal(written.call.action) else "E201"
+    message = f"{name} cannot be carried out as it is written"
+    return Finding(code, message, name, number, line=written.line, column=written.column)
+
+
+def _left_out(parsed: Parsed, scene: Scene) -> list[Finding]:
+    """Findings for the required items that the plan never names."""
+    written = {normal(arg) for w in parsed.calls for arg in w.call.args}
+    known = {entity for arg in written for entity in scene.kg.find(arg)}
+    return [
+        Finding("E501", f"the task requires {name}, which no step of the plan uses", name)
+        for name in scene.task.required
+        if normal(name) not in written and not known & set(scene.kg.find(name))
+    ]

@@ -1,0 +1,108 @@
+"""Two experiments side by side: what changed, and whether it got worse."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.evaluation.figures import MEANS, SHARES
+from adaptbot_cli.evaluation.intervals import Interval, bootstrap, mcnemar
+from adaptbot_cli.evaluation.recordings import ARMS, read_text
+
+Json = dict[str, Any]
+
+BETTER_HIGH = ("executable", "goal_met", "overlap", "effective_overlap")
+QUALITY = (*BETTER_HIGH, "required_lost")
+"""Measures of what comes out: any change to the worse beyond the tolerance is a regression."""
+
+COSTS = tuple(name for name in MEANS if name not in BETTER_HIGH)
+"""Measures of what it takes: only a rise by more than the cost tolerance is one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One measure of one arm, before and after, over the trials that both experiments have.
+
+    `interval` is that of the mean difference of the pairs; `better` and `worse` count the pairs
+    that changed, `p` is that of McNemar's test where a measure is true or false.
+    """
+
+    arm: str
+    measure: str
+    n: int
+    before: float
+    after: float
+    interval: Interval
+    better: int
+    worse: int
+    p: float | None
+    regression: bool
+
+    def as_json(self) -> Json:
+        """Return the difference as a plain object."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+def read_report(path: Path) -> Json:
+    """Read what `eval --json` printed. Raises UsageError."""
+    try:
+        told = json.loads(read_text(path))
+    except ValueError as error:
+        raise UsageError(f"{path} is no valid JSON: {error}") from error
+    if not isinstance(told, dict) or not isinstance(told.get("trials"), list):
+        raise UsageError(f"{path} is not what `adaptbot eval --json` prints: it lacks `trials`")
+    for number, trial in enumerate(told["trials"], start=1):
+        lacking = [
+            name
+            for name in ("id", "arm", "required_lost", *SHARES, *MEANS)
+            if not isinstance(trial, dict) or name not in trial
+        ]
+        if lacking:
+            raise UsageError(f"{path}, trial {number} lacks `{lacking[0]}`")
+    return told
+
+
+def compare(before: Json, after: Json, tolerance: float, cost: float) -> list[Difference]:
+    """Compare experiments pair by pair: the same task in the same arm.
+
+    Raises:
+        UsageError: they have no trial in common.
+    """
+    old = {(t["id"], t["arm"]): t for t in before["trials"]}
+    new = {(t["id"], t["arm"]): t for t in after["trials"]}
+    found = []
+    for arm in ARMS:
+        pairs = [(old[key], new[key]) for key in old if key in new and key[1] == arm]
+        if pairs:
+            found += [_difference(arm, name, pairs, tolerance, cost) for name in (*QUALITY, *COSTS)]
+    if not found:
+        raise UsageError("the two experiments have no trial in common, so nothing can be compared")
+    return found
+
+
+def _difference(
+    arm: str, name: str, pairs: list[tuple[Json, Json]], tolerance: float, cost: float
+) -> Difference:
+    values = [(float(a[name]), float(b[name])) for a, b in pairs if None not in (a[name], b[name])]
+    n = len(values)
+    if not n:
+        return Difference(arm, name, 0, 0.0, 0.0, (0.0, 0.0), 0, 0, None, False)
+    before, after = (sum(side) / n for side in zip(*values, strict=True))
+    changes = [b - a for a, b in values]
+    good = 1 if name in BETTER_HIGH else -1
+    better, worse = sum(good * c > 0 for c in changes), sum(good * c < 0 for c in changes)
+    p = mcnemar(better, worse) if name in SHARES else None
+    loss = good * (before - after)
+    allowed = cost * before if name in COSTS else tolerance
+    regression = loss > allowed + 1e-9
+    return Difference(arm, name, n, before, after, bootstrap(changes), better, worse, p, regression)
+
+
+def only_in_one(before: Json, after: Json) -> Iterator[str]:
+    """Say which trials one experiment has and the other has not."""
+    keys = [{(t["id"], t["arm"]) for t in told["trials"]} for told in (before, after)]
+    for name, extra in (("first", keys[0] - keys[1]), ("second", keys[1] - keys[0])):
+        if extra:
+            yield f"{len(extra)} trials are only in the {name}"

@@ -1,0 +1,238 @@
+"""An experiment: what it is run on, and the one way to run it."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli import __version__
+from adaptbot_cli.adapters.store.reading import read_files, read_graphs
+from adaptbot_cli.core.tutor import Policy
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.evaluation import figures
+from adaptbot_cli.evaluation.paper import paper_figures
+from adaptbot_cli.evaluation.published import Series
+from adaptbot_cli.evaluation.recordings import ARMS, Row, row_of
+from adaptbot_cli.evaluation.results import Results, digest
+from adaptbot_cli.evaluation.running import Chain, chains, run, workers
+from adaptbot_cli.evaluation.trials import Rules, World, first_answer
+from adaptbot_cli.resources import bundled
+from adaptbot_cli.workspace import Workspace
+
+Json = dict[str, Any]
+
+_CODE = Path(__file__).parents[1]
+"""The program itself: trials of another state of it are no part of the same experiment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What an experiment is asked to do: the command line, read.
+
+    `kg` and `truth` are Turtle files; without `kg` the base is the workspace's own graph, without
+    `truth` the person knows what the base knows. `select` is a pattern of row ids.
+    """
+
+    domain: str
+    kg: tuple[Path, ...] = ()
+    truth: tuple[Path, ...] = ()
+    arms: tuple[str, ...] = ARMS
+    policy: Policy = "tutor"
+    replans: int = 3
+    cumulative: bool = False
+    human_error: float = 0.0
+    seed: int = 0
+    jobs: int = 1
+    limit: int | None = None
+    select: str | None = None
+    model: str | None = None
+
+    def as_json(self) -> Json:
+        """Return what makes a difference to the figures, for the report."""
+        return {
+            "domain": self.domain,
+            "kg": [str(path) for path in self.kg],
+            "truth": [str(path) for path in self.truth],
+            "arms": list(self.arms),
+            "policy": self.policy,
+            "replans": self.replans,
+            "cumulative": self.cumulative,
+            "human_error": self.human_error,
+            "seed": self.seed,
+            "model": self.model,
+            "version": __version__,
+        }
+
+
+@dataclass(slots=True)
+class Experiment:
+    """Rows, a world and rules, ready to run; `skipped` counts the rows of other domains."""
+
+    setting: Setting
+    rows: list[Row]
+    world: World
+    rules: Rules
+    skipped: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def size(self) -> int:
+        """The number of trials."""
+        return len(self.rows) * len(self.setting.arms)
+
+    def key(self) -> str:
+        """Return what tells this experiment from others, its inputs included."""
+        graphs = (self.world.base or (), self.world.truth or ())
+        contents = [repr(row).encode() for row in self.rows]
+        contents += [self.world.files[name] for name in sorted(self.world.files)]
+        contents += [repr(sorted(graph)).encode() for graph in graphs]
+        contents += [path.read_bytes() for path in sorted(_CODE.rglob("*.py"))]
+        return digest(self.setting.as_json(), contents)
+
+    def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:
+        """Return the processes to run what is left, as a context that starts and stops them."""
+        jobs = min(self.setting.jobs, max(1, self.left(results)))
+        if jobs > 1:
+            self.world.warm(dict.fromkeys(row.model for row in self.rows))
+        return workers(self.world, self.rules, jobs)
+
+    def run(
+        self,
+        results: Results,
+        ended: Callable[[Json], None] = lambda trial: None,
+        pool: ProcessPoolExecutor | None = None,
+    ) -> list[Json]:
+        """Run what `results` does not hold yet; returns all trials, in the order of the rows.
+
+        Of a live model the answers to the tasks come first: all arms start from them.
+
+        Raises:
+            ModelError: a live model gave no first answer.
+        """
+        self._first_answers(results)
+        todo = [chain for chain in self._chains() if not self._is_done(chain, results)]
+        for trial in run(todo, self.world, self.rules, pool):
+            told = trial.as_json()
+            results.add(told)
+            ended(told)
+        order = [(row.id, arm) for row in self.rows for arm in self.setting.arms]
+        return [results.done[key] for key in order]
+
+    def _first_answers(self, results: Results) -> None:
+        if self.rules.model is None:
+            return
+        for n, row in enumerate(self.rows):
+            if row.id not in results.firsts:
+                results.first(row.id, first_answer(row, self.world, self.rules))
+            self.rows[n] = replace(row, answers={ARMS[0]: (results.firsts[row.id],)})
+
+    def left(self, results: Results) -> int:
+        """Return the number of trials that are still to be run."""
+        chains = (chain for chain in self._chains() if not self._is_done(chain, results))
+        return sum(len(chain.rows) for chain in chains)
+
+    def _chains(self) -> list[Chain]:
+        return chains(self.rows, self.setting.arms, self.setting.cumulative)
+
+    def _is_done(self, chain: Chain, results: Results) -> bool:
+        # A chain that was interrupted starts again: what it had learned is not on disk.
+        return all(key in results.done for key in chain.keys)
+
+
+def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Experiment:
+    """Choose the rows and load what trials start from.
+
+    Raises:
+        UsageError: no row is left to run, or there is no such domain.
+        KnowledgeError: a graph cannot be read.
+    """
+    world = World(
+        workspace.files(setting.domain),
+        str(workspace.folder(setting.domain)),
+        read_graphs(setting.kg),
+        read_graphs(setting.truth) or read_graphs(setting.kg),
+        workspace.library(setting.domain),
+    )
+    ours, skipped = _of_domain(rows, world)
+    chosen = [row for row in ours if fnmatchcase(row.id, setting.select or "*")]
+    if not chosen:
+        raise UsageError(_nothing_left(setting, rows, ours))
+    rules = Rules(setting.policy, setting.replans, setting.human_error, setting.seed, setting.model)
+    return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
+
+
+def of_published(
+    series: Sequence[Series], setting: Setting, workspace: Workspace
+) -> list[Experiment]:
+    """Return an experiment for each of the authors' series, on its own graphs.
+
+    Raises:
+        UsageError: no row is left to run, or no domain knows the name of theirs.
+        KnowledgeError: a graph cannot be read.
+    """
+    found = []
+    for each in series:
+        rows = [row_of(row, row["id"]) for row in each.rows]
+        if not any(fnmatchcase(row.id, setting.select or "*") for row in rows):
+            continue
+        domain = _domain_called(each.domain, workspace)
+        own = replace(setting, domain=domain, kg=(each.initial,), truth=(each.after,))
+        found.append(prepare(own, rows, workspace))
+    if not found:
+        raise UsageError(f'no recording\'s id matches "{setting.select}"')
+    return found
+
+
+def _domain_called(name: str, workspace: Workspace) -> str:
+    """The domain that recordings call by a name."""
+    for domain in workspace.domains():
+        known = _names(World(workspace.files(domain), domain)) | _names_in_bundle(domain)
+        if name in known:
+            return domain
+    raise UsageError(f'no domain is called "{name}": give one this name, as ab:alias in domain.ttl')
+
+
+def _of_domain(rows: Sequence[Row], world: World) -> tuple[list[Row], Counter[str]]:
+    """The rows that are of the world's domain, and how many are of each other one."""
+    names = {"", *_names(world)}
+    if not any(row.domain in names for row in rows):
+        # A workspace may be older than the names in the pack that it was made from.
+        names |= _names_in_bundle(world.domain.name)
+    ours = [row for row in rows if row.domain in names]
+    return ours, Counter(row.domain for row in rows if row.domain not in names)
+
+
+def _names(world: World) -> set[str]:
+    return {world.domain.name, *world.domain.aliases}
+
+
+def _names_in_bundle(domain: str) -> set[str]:
+    folder = bundled("kg") / domain
+    return _names(World(read_files(folder), domain)) if folder.is_dir() else set()
+
+
+def _nothing_left(setting: Setting, rows: Sequence[Row], ours: Sequence[Row]) -> str:
+    if ours:
+        return f'no recording\'s id matches "{setting.select}"; the first is "{ours[0].id}"'
+    found = ", ".join(sorted({row.domain for row in rows}))
+    return (
+        f"no recording is of the domain {setting.domain}; there are some of {found}. If one of "
+        f"these is meant, its name is an ab:alias in kg/{setting.domain}/domain.ttl"
+    )
+
+
+def report(settings: Json, trials: Sequence[Json]) -> Json:
+    """Return everything that trials came to, as one object (docs/evaluation.md)."""
+    cumulative = bool(settings["cumulative"])
+    found = figures.groups(trials, cumulative)
+    for group in found:
+        group["paper"] = paper_figures(group["model"], group["domain"])
+    return {
+        "arms": figures.figures(trials, cumulative),
+        "groups": found,
+        "settings": settings,
+        "trials": list(trials),
+    }

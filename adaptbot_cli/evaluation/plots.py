@@ -1,0 +1,151 @@
+"""Draws a report's pictures for a paper: SVG, PDF or PNG, in colours that all people tell apart."""
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.evaluation.tables import HEADS
+from adaptbot_cli.evaluation.views import BAR_MEASURES, Bars, Line, Lines, views
+
+ENDINGS = (".svg", ".pdf", ".png")
+WIDTH, ROW = 7.16, 2.2
+"""Inches: the width of a page of two columns, and the height of one row of pictures."""
+
+COLOURS = {"llm": "#CCCCCC", "llm+kg": "#E69F00", "llm+kg+human": "#0072B2"}
+SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+"""Colours of Okabe and Ito (2008); lines differ in marker and dash as well."""
+
+MARKERS, DASHES = "osD^vP", ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 1)))
+STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.frameon": False,
+    "svg.hashsalt": "adaptbot",
+    "pdf.fonttype": 42,
+}
+
+
+def check(path: Path | None) -> None:
+    """Say at once, not after hours, that nothing can be drawn there. Raises UsageError."""
+    if path is None:
+        return
+    if path.suffix.lower() not in ENDINGS:
+        raise UsageError(f"--plot {path}: the file must end in {', '.join(ENDINGS)}")
+    if find_spec("matplotlib") is None:
+        raise UsageError("--plot needs matplotlib: pip install 'adaptbot-cli[plot]'")
+
+
+def draw(report: dict[str, Any], path: Path) -> None:
+    """Draw a report to a file; the same report gives the same bytes. Raises UsageError."""
+    check(path)
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        figure = _figure(report)
+        dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        told = dated.get(path.suffix.lower(), {})
+        try:
+            figure.savefig(path, dpi=300, metadata=told)
+        except OSError as error:
+            raise UsageError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _figure(report: dict[str, Any]) -> Any:
+    from matplotlib.figure import Figure
+
+    shown = views(report)
+    has_person = bool(shown.questions.lines)
+    rows = (len(shown.arms) + 1) // 2 + has_person
+    figure = Figure(figsize=(WIDTH, ROW * rows + 0.3), layout="constrained")
+    grid = figure.add_gridspec(rows, 2)
+    for n, bars in enumerate(shown.arms):
+        alone = len(shown.arms) == n + 1 and n % 2 == 0
+        place = grid[n // 2, :] if alone else grid[n // 2, n % 2]
+        _draw_bars(figure.add_subplot(place), bars)
+    if has_person:
+        _draw_counts(figure.add_subplot(grid[rows - 1, 0]), shown.questions)
+        _draw_steps(figure.add_subplot(grid[rows - 1, 1]), shown.growth)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    return figure
+
+
+def _draw_bars(axes: Any, bars: Bars) -> None:
+    arms = list(dict.fromkeys(bar.arm for bar in bars.bars))
+    measures = [name for name in BAR_MEASURES if any(bar.measure == name for bar in bars.bars)]
+    width = 0.8 / len(arms)
+    for n, arm in enumerate(arms):
+        mine = [bar for bar in bars.bars if bar.arm == arm]
+        at = [measures.index(bar.measure) + (n - (len(arms) - 1) / 2) * width for bar in mine]
+        heights = [100 * bar.value for bar in mine]
+        errors = [
+            [100 * max(0.0, bar.value - bar.low) for bar in mine],
+            [100 * max(0.0, bar.high - bar.value) for bar in mine],
+        ]
+        axes.bar(
+            at,
+            heights,
+            width * 0.92,
+            yerr=errors,
+            color=COLOURS[arm],
+            label=HEADS[arm],
+            error_kw={"elinewidth": 0.7, "capsize": 1.8, "capthick": 0.7, "ecolor": "#222222"},
+        )
+    axes.set_xticks(range(len(measures)), [BAR_MEASURES[name] for name in measures])
+    axes.tick_params(axis="x", length=0)
+    axes.set_ylim(0, 105)
+    axes.set_yticks(range(0, 101, 25))
+    axes.set_ylabel("%")
+    axes.set_title(f"{bars.title} (n = {bars.n})", loc="left")
+
+
+def _draw_counts(axes: Any, lines: Lines) -> None:
+    """Draw small counts as bars side by side: lines between them would mean nothing."""
+    width = 0.8 / len(lines.lines)
+    for n, line in enumerate(lines.lines):
+        at = [place + (n - (len(lines.lines) - 1) / 2) * width for place in _places(line)]
+        axes.bar(at, line.values, width * 0.92, color=SERIES[n % len(SERIES)], label=line.name)
+    _task_order(axes, lines)
+
+
+def _draw_steps(axes: Any, lines: Lines) -> None:
+    """Draw what grows: it stays as it is until the next task adds to it."""
+    for n, line in enumerate(lines.lines):
+        axes.plot(
+            _places(line),
+            line.values,
+            color=SERIES[n % len(SERIES)],
+            marker=MARKERS[n % len(MARKERS)],
+            linestyle=DASHES[n % len(DASHES)],
+            drawstyle="steps-post",
+            markersize=3.2,
+            linewidth=1,
+            label=line.name,
+            clip_on=False,
+        )
+    _task_order(axes, lines)
+    axes.set_ylim(top=axes.get_ylim()[1] * 1.3)  # room for the names of the series
+    axes.legend(fontsize=7, loc="upper left", handlelength=3)
+
+
+def _places(line: Line) -> range:
+    return range(1, len(line.values) + 1)
+
+
+def _task_order(axes: Any, lines: Lines) -> None:
+    longest = max(len(line.values) for line in lines.lines)
+    most = max(value for line in lines.lines for value in line.values)
+    axes.set_xlim(0.4, longest + 0.6)
+    axes.set_ylim(0, max(1, most) * 1.05)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.set_xlabel("task, in order")
+    axes.set_ylabel(lines.unit)
+    axes.set_title(lines.title, loc="left")

@@ -1,0 +1,155 @@
+"""Recorded runs to evaluate on: one JSON object a line (docs/evaluation.md, "Recordings")."""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.errors import UsageError
+
+ARMS = ("llm", "llm+kg", "llm+kg+human")
+"""The three configurations of the paper (IV-A2), by the names that the command line gives them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One task: what was asked, what it needs, and what a model answered.
+
+    `answers` holds, for each arm, the answers in the order given: the first is the same for all,
+    as trials are linked; the others answered the feedback of the recorded run. `recorded` are the
+    figures that the recorded run itself had, by arm. `series` rows follow each other by `index`.
+    """
+
+    id: str
+    task: str
+    required: tuple[str, ...]
+    model: str = ""
+    domain: str = ""
+    index: int = 0
+    answers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    recorded: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    @property
+    def series(self) -> tuple[str, str]:
+        """What a row belongs to: knowledge is carried over within one model and domain."""
+        return (self.model, self.domain)
+
+    def said(self, arm: str) -> tuple[str, ...]:
+        """Return what the model said in one arm, the first answer alone if no more is known."""
+        return self.answers.get(arm) or next(iter(self.answers.values()), ())[:1]
+
+
+def read_recordings(path: Path) -> list[Row]:
+    """Read a file of recordings.
+
+    Raises:
+        UsageError: the file cannot be read or a line has another form; names file and line.
+    """
+    lines = read_lines(path)
+    if lines and "trials" not in lines[0][1]:
+        raise UsageError(f"{path} holds no answers, only tasks: name who plans them with --model")
+    rows = [row_of(told, f"{path}, line {n}") for n, told in lines]
+    if not rows:
+        raise UsageError(f"{path} holds no recordings: it needs one JSON object a line")
+    seen: dict[str, int] = {}
+    for n, row in enumerate(rows, start=1):
+        if row.id in seen:
+            raise UsageError(f'{path}: two recordings have the id "{row.id}"; give each its own')
+        seen[row.id] = n
+    return rows
+
+
+def read_lines(path: Path) -> list[tuple[int, dict[str, Any]]]:
+    """Read a file of JSON objects, one a line, with their line numbers. Raises UsageError."""
+    found = []
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        if not line.strip():
+            continue
+        try:
+            told = json.loads(line)
+        except ValueError as error:
+            raise UsageError(f"{path}, line {number}: this is no valid JSON: {error}") from error
+        if not isinstance(told, dict):
+            raise UsageError(f"{path}, line {number}: this must be one JSON object: {{…}}")
+        found.append((number, told))
+    return found
+
+
+def read_text(path: Path) -> str:
+    """Read a text file. Raises UsageError."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{path} is no UTF-8 text: {error.reason}") from error
+
+
+def row_of(told: Mapping[str, Any], where: str) -> Row:
+    """Return one recording as a row; `where` it stands is said in errors. Raises UsageError."""
+    task = _text(told, "task", where)
+    trials = told.get("trials")
+    if not isinstance(trials, dict) or not trials:
+        raise UsageError(f"{where}: `trials` must hold what the model said in at least one arm")
+    said = {_arm(name, where): _trial(trial, name, where) for name, trial in trials.items()}
+    first = next((said[arm][0] for arm in ARMS if arm in said), ())[:1]
+    answers = {arm: (*first, *found[1:]) for arm, (found, _) in said.items()}
+    index = told.get("index", 0)
+    if type(index) is not int:
+        raise UsageError(f"{where}: `index`, the place in the order of tasks, must be a number")
+    return Row(
+        id=str(told.get("id") or task),
+        task=task.replace("_", " "),
+        required=_names(told.get("ingredients", []), "ingredients", where),
+        model=str(told.get("model", "")),
+        domain=str(told.get("domain", "")),
+        index=index,
+        answers=answers,
+        recorded={arm: figures for arm, (_, figures) in said.items() if figures},
+    )
+
+
+def _arm(name: str, where: str) -> str:
+    arm = str(name).replace("_", "+")
+    if arm not in ARMS:
+        raise UsageError(f'{where}: "{name}" is no arm; there is llm, llm_kg and llm_kg_human')
+    return arm
+
+
+def _trial(trial: Any, name: str, where: str) -> tuple[tuple[str, ...], dict[str, float]]:
+    """What was said in one arm; a trial that was recorded for another task only says the first."""
+    answers = trial.get("answers") if isinstance(trial, dict) else None
+    if not isinstance(answers, list) or not answers or not _all_text(answers):
+        raise UsageError(f"{where}: `trials.{name}.answers` must be a list of texts, not empty")
+    if trial.get("task_mismatch"):
+        return (answers[0],), {}
+    return tuple(answers), _figures(trial.get("results"))
+
+
+def _figures(results: Any) -> dict[str, float]:
+    """The recorded figures that have a measure of ours beside them."""
+    names = {"percentage_ingd_used": "overlap", "#token_used": "prompt_tokens"}
+    names |= {"#human_involvement": "questions"}
+    told = results if isinstance(results, dict) else {}
+    found = {new: told[old] for old, new in names.items() if isinstance(told.get(old), int | float)}
+    if "overlap" in found:
+        found["overlap"] /= 100
+    return found
+
+
+def _text(told: Mapping[str, Any], key: str, where: str) -> str:
+    value = told.get(key)
+    if not isinstance(value, str) or not value.strip():
+        raise UsageError(f"{where}: `{key}` must be a text, not empty")
+    return value
+
+
+def _names(value: Any, key: str, where: str) -> tuple[str, ...]:
+    if not isinstance(value, list) or not _all_text(value):
+        raise UsageError(f"{where}: `{key}` must be a list of names")
+    return tuple(value)
+
+
+def _all_text(values: Iterable[Any]) -> bool:
+    return all(isinstance(value, str) for value in values)

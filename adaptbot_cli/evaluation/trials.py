@@ -1,0 +1,242 @@
+"""One trial: one task in one arm, on a graph of its own."""
+
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from pathlib import Path
+
+from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.planner import tokens
+from adaptbot_cli.adapters.planner.choice import LIBRARY
+from adaptbot_cli.adapters.planner.library import Library
+from adaptbot_cli.adapters.planner.local.prompts import for_model
+from adaptbot_cli.adapters.planner.model import Model
+from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.adapters.planner.recorded import Recorded
+from adaptbot_cli.adapters.simulated import SimulatedHuman
+from adaptbot_cli.adapters.store.reading import load_kg, split
+from adaptbot_cli.adapters.terminal import AbsentHuman
+from adaptbot_cli.core import teach
+from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.execute import Rehearsal
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.summary import findings
+from adaptbot_cli.core.tasks import task_for
+from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
+from adaptbot_cli.core.turns import Planner, Proposal, Propose
+from adaptbot_cli.core.tutor import Policy, Turns, pursue
+from adaptbot_cli.evaluation import measures
+from adaptbot_cli.evaluation.baseline import unaided
+from adaptbot_cli.evaluation.measures import Trial
+from adaptbot_cli.evaluation.recordings import Row
+from adaptbot_cli.resources import bundled
+from adaptbot_cli.session import Ports, drive
+from adaptbot_cli.session.driving import Nowhere
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """How trials are run. `human_error` is the probability of a wrong answer; `model` plans live,
+    `LIBRARY` is the plan library; without one the rows' recorded answers plan."""
+
+    policy: Policy = "tutor"
+    replans: int = 3
+    human_error: float = 0.0
+    seed: int = 0
+    model: str | None = None
+
+
+@dataclass(frozen=True)
+class World:
+    """What trials start from: a domain pack's files, the facts of the base graph, the truth.
+
+    `base` and `truth` replace the facts of the pack, where they are given; `library` names the
+    folders of its plans.
+    """
+
+    files: Mapping[str, bytes]
+    where: str
+    base: Sequence[Triple] | None = None
+    truth: Sequence[Triple] | None = None
+    library: tuple[Path, ...] = ()
+
+    @cached_property
+    def _first(self) -> Kg:
+        return load_kg(self.files, self.where, self.base)
+
+    @cached_property
+    def _facts(self) -> tuple[list[Triple], list[Triple]]:
+        kg = self._first
+        if self.base is not None:
+            return split(self.base, kg.domain)
+        return list(kg.graph(ATTRIBUTES)), list(kg.graph(STATES))
+
+    @property
+    def domain(self) -> Domain:
+        """The domain of the pack."""
+        return self._first.domain
+
+    @cached_property
+    def true(self) -> Kg:
+        """The graph that knows the truth."""
+        return load_kg(self.files, self.where, self.truth)
+
+    def warm(self, models: Iterable[str]) -> None:
+        """Load what trials need, so that processes forked from this one find it loaded."""
+        self._facts, self.true  # noqa: B018 - both are worked out once, when first asked for
+        words().related("thing", self.domain.noun_fields)
+        for model in models:
+            tokens.encoding_name(model)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Give another process the sources: graphs live in an engine that cannot be sent."""
+        return (World, (self.files, self.where, self.base, self.truth, self.library))
+
+    def fresh(self, carried: Sequence[Lesson] = ()) -> Kg:
+        """Return the base graph, a new one each time, with lessons carried over."""
+        kg = Kg.load(self._first.domain, *self._facts)
+        scene = Scene(kg, Task(""))
+        for lesson in carried:
+            teach.take(lesson, scene)
+        return kg
+
+
+@cache
+def words() -> WordNet:
+    """Return the word knowledge, loaded once for all worlds."""
+    return WordNet()
+
+
+@dataclass(slots=True)
+class Listening:
+    """A planner that remembers what another one said, and what it said before."""
+
+    planner: Planner
+    said: list[str] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """The other planner's name."""
+        return self.planner.name
+
+    def propose(self, turn: Propose) -> Proposal:
+        """Pass the turn on."""
+        proposal = self.planner.propose(turn)
+        self.said.append(proposal.text)
+        return proposal
+
+
+def task_of(row: Row, kg: Kg) -> Task:
+    """Return what a row asks for: its own items, and the goal that the domain lists for it."""
+    known = task_for(row.task, kg)
+    return replace(known, name=row.task, required=row.required or known.required)
+
+
+def perform(
+    row: Row, arm: str, world: World, rules: Rules, carried: Sequence[Lesson] = ()
+) -> tuple[Trial, tuple[Lesson, ...]]:
+    """Run one trial; returns it with what was learned, to carry over."""
+    started = time.perf_counter()
+    kg = world.fresh(carried)
+    task = task_of(row, kg)
+    planner = Listening(_planner(row, arm, rules, world, kg))
+    person = SimulatedHuman(world.true, rules.human_error, f"{rules.seed}|{row.id}")
+    human = person if arm == "llm+kg+human" else AbsentHuman()
+    ports = Ports(planner, human, Rehearsal(kg), words(), Nowhere())
+    result = drive(_turns(arm, task, kg, rules), ports)
+    seconds = time.perf_counter() - started
+    trial = _measured(row, arm, result, kg, person, seconds)
+    said = tuple(planner.said) if rules.model else ()
+    return replace(trial, answers=said), result.lessons
+
+
+def first_answer(row: Row, world: World, rules: Rules) -> str:
+    """Ask a live model for the plan that all arms start from. Raises ModelError."""
+    kg = world.fresh()
+    return live(rules.model or LIBRARY, world, kg).propose(Propose(task_of(row, kg))).text
+
+
+def live(model: str, world: World, kg: Kg) -> Planner:
+    """Return the planner that a name stands for: a model, or the plan library."""
+    if model == LIBRARY:
+        return Library(world.library, kg.domain)
+    return _model(model, world, kg)
+
+
+def _planner(row: Row, arm: str, rules: Rules, world: World, kg: Kg) -> Planner:
+    if rules.model == LIBRARY:
+        return live(LIBRARY, world, kg)  # it says the same each time, and costs nothing
+    if rules.model is None:
+        return Recorded(row.model, row.said(arm), _prompts(world, kg))
+    model = _model(rules.model, world, kg)
+    return Recorded(row.model, row.said(arm), model.prompts, model)
+
+
+def _model(name: str, world: World, kg: Kg) -> Model:
+    return Model(*for_model(name, _prompts(world, kg)))
+
+
+def _prompts(world: World, kg: Kg) -> Prompts:
+    return Prompts(bundled("prompts"), kg, world.library)
+
+
+def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
+    replans = 0 if rules.model == LIBRARY else rules.replans
+    if arm == "llm":
+        return unaided(task, kg, parse, replans)
+    return pursue(task, kg, parse, rules.policy, replans)
+
+
+def _reported(arm: str, result: Result) -> tuple[Finding, ...]:
+    """What an arm says of its own result: a model alone has nothing but the error that stops it."""
+    if arm != "llm":
+        return findings(result)
+    error = result.outcome.error if result.outcome else None
+    return (error,) if error else ()
+
+
+def _measured(
+    row: Row, arm: str, result: Result, kg: Kg, person: SimulatedHuman, seconds: float
+) -> Trial:
+    required = result.report.task.required
+    seen = measures.seen(result, required, _reported(arm, result), kg)
+    usage = result.usage
+    return Trial(
+        id=row.id,
+        arm=arm,
+        task=row.task,
+        model=row.model,
+        domain=row.domain,
+        index=row.index,
+        outcome=result.verdict,
+        executable=result.verdict == "executable",
+        goal_met=result.goal_met,
+        overlap=measures.share(seen.used, required),
+        effective_overlap=measures.share(seen.worked, required),
+        required_lost=len(seen.lost),
+        model_calls=usage.model_calls,
+        prompt_tokens=usage.prompt_tokens,
+        completion_tokens=usage.completion_tokens,
+        questions=len(person.about),
+        prompts=person.prompts,
+        person_seconds=round(person.seconds, 2),
+        nodes=(result.sizes[0][0], result.sizes[1][0]),
+        edges=(result.sizes[0][1], result.sizes[1][1]),
+        seconds=round(seconds, 4),
+        required=required,
+        unused=tuple(name for name in required if name not in seen.used),
+        unworked=tuple(name for name in required if name not in seen.worked),
+        lost=seen.lost,
+        findings=measures.codes(result),
+        messages=measures.messages(result),
+        substitutions=measures.substitutions(result),
+        asked=measures.asked(result),
+        taught=measures.taught(result),
+        recorded=dict(row.recorded.get(arm, {})),
+    )

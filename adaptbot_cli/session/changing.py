@@ -1,0 +1,245 @@
+"""Changes of a home's knowledge that somebody asks for: seen first, then committed."""
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
+from typing import TYPE_CHECKING
+
+from adaptbot_cli.core.changes import Changes, Words
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.withdrawal import Known, following, taken_back
+from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.session.building import person
+from adaptbot_cli.session.knowing import Home, called, known_as
+
+if TYPE_CHECKING:
+    from adaptbot_cli.adapters.store.keeper import Keeper
+    from adaptbot_cli.core.kg import Kg
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A change that is not made yet.
+
+    `subject` and `trailers` are its commit's; `notes` what the person should know besides.
+    """
+
+    delta: Delta
+    subject: str
+    trailers: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def changes(self) -> Changes:
+        """The change, as a difference is told."""
+        return Changes(self.delta)
+
+
+def commit(home: Home, proposal: Proposal) -> str | None:
+    """Make a proposed change and commit it; return the revision.
+
+    Raises:
+        KnowledgeError: it cannot be written, or would leave what the domain does not allow;
+            nothing has changed then.
+    """
+    store = keeper(home)
+    by = person()
+    trailers = [*proposal.trailers, *([("By", by)] if by else [])]
+    told = "".join(f"{key}: {_one_line(value)}\n" for key, value in trailers)
+    return store.change(proposal.delta, f"{_one_line(proposal.subject)}\n\n{told}")
+
+
+def keeper(home: Home) -> "Keeper":
+    """Make the workspace ready; return what commits changes that are no run's."""
+    from adaptbot_cli.adapters.store.keeper import Keeper, Origin
+    from adaptbot_cli.adapters.store.opening import start
+
+    root, domain = home.workspace.root, home.domain
+    home.workspace.folder(domain)  # a domain that is not there makes no workspace
+    start(root, domain, partial(home.workspace.first_files, domain), _now)
+    return Keeper(root, domain, Origin("none", "", _now))
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def after(home: Home, delta: Delta) -> "Kg":
+    """Return the graph as a change would leave it. Raises KnowledgeError."""
+    from adaptbot_cli.adapters.store.held import Held
+    from adaptbot_cli.adapters.store.reading import load_kg
+
+    held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
+    return load_kg({**held.files, **held.after(delta)}, held.where)
+
+
+def revert(home: Home, revision: str) -> Proposal:
+    """Propose to undo what a commit taught, with all that follows from it.
+
+    Raises:
+        KnowledgeError: there is no such commit, or it is none that can be undone.
+    """
+    from adaptbot_cli.adapters.store.blame import commit_of
+
+    versions = home.needed()
+    taught = commit_of(versions, revision)
+    if taught is None:
+        raise KnowledgeError(f"{revision} changed nothing of the {home.domain}; see kg log")
+    sha = taught.commit.sha
+    if taught.first:
+        raise KnowledgeError(
+            f"{sha[:7]} is where the versions begin; what it holds cannot be undone as a whole. "
+            "`adaptbot kg retract NAME` takes back a single thing"
+        )
+    entries = taught.changes.entries
+    if entries and not taught.changes.delta:
+        told = ", ".join(f"{entry.file}: {entry.name}" for entry in entries)
+        raise KnowledgeError(
+            f"{sha[:7]} changed entries that are not made of single facts ({told}); undo it with "
+            f"`git -C {home.workspace.root} revert {sha[:7]}`"
+        )
+    notes = tuple(
+        f"{e.file}: {e.name} was {e.sign} too; that stays: edit the file" for e in entries
+    )
+    delta = taken_back(taught.changes.delta, Known(home.kg.domain, home.facts))
+    subject = f'revert: "{taught.commit.subject}"'
+    return Proposal(delta, subject, (("Source", "revert"), ("Reverts", sha)), notes)
+
+
+def revert_answer(home: Home, answer: str) -> Proposal:
+    """Propose to undo what one answer taught. Raises KnowledgeError if there is none such."""
+    from adaptbot_cli.adapters.store.blame import answered
+
+    taught, delta, question = answered(home.needed(), answer)
+    delta = taken_back(delta, Known(home.kg.domain, home.facts))
+    trailers = (("Source", "revert"), ("Reverts", taught.commit.sha), ("Takes-back", answer))
+    return Proposal(delta, f"take back: the answer to {question}", trailers)
+
+
+def retract(home: Home, name: str, prop: str = "", value: str = "") -> Proposal:
+    """Propose to take back an absence, another name, a thing, or one of its facts.
+
+    Raises:
+        UsageError: nothing is called so, several things are, or there is no such fact.
+    """
+    known = Known(home.kg.domain, home.facts)
+    trailers = (("Source", "retract"),)
+    if prop:
+        taken, told = _fact(home, name, prop, value)
+        gone = following(taken, known)
+        return Proposal(Delta(removed=gone), f"retract: {told}", trailers)
+    for taken, told in (_absence(home, name), _alias(home, name)):
+        if taken:
+            return Proposal(Delta(removed=frozenset(taken)), f"retract: {told}", trailers)
+    thing = _thing(home, name)
+    gone = following({t for t in home.facts if t[0] == thing}, known)
+    gone |= {t for t in home.facts if t[2] == thing}
+    return Proposal(Delta(removed=frozenset(gone)), f"retract: there is {name}", trailers)
+
+
+def _fact(home: Home, name: str, prop: str, value: str) -> tuple[set[Triple], str]:
+    from adaptbot_cli.core.terms import local
+
+    thing, words = _thing(home, name), home.words
+    about = {t for t in home.facts if t[0] == thing}
+    found = {t for t in about if called(prop, t[1], words)}
+    if value:
+        wanted = normal(value)
+        found = {t for t in found if wanted in (normal(words.value(t[2])), normal(local(t[2])))}
+    if not found:
+        known = ", ".join(sorted({local(p) for _, p, _ in about}))
+        what = f"{prop} {value}".strip()
+        raise UsageError(f"nothing says of {name}: {what}; what is known: {known}")
+    if len(found) > 1:
+        values = ", ".join(sorted(words.value(t[2]) for t in found))
+        raise UsageError(f"{name} has several values for {prop}: {values}; name one of them")
+    [triple] = found
+    kinds = {t for t in about if t[1] in (*home.kg.domain.name_properties(),)}
+    if triple in kinds:
+        raise UsageError(f"{name} cannot be without a name; to take it back: kg retract {name}")
+    return found, words.sentence(triple)
+
+
+def _absence(home: Home, name: str) -> tuple[set[Triple], str]:
+    """The facts that something is not here or not possible."""
+    from adaptbot_cli.core.terms import AB
+
+    absent = (AB.absentItem, AB.absentAction)
+    found = {t for t in home.facts if t[1] in absent and str(t[2]) == normal(name)}
+    return found, f"{normal(name)} is not here"
+
+
+def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
+    """The facts by which something is also called so, unless it is a thing's own name."""
+    from adaptbot_cli.core.terms import AB
+
+    own = {normal(home.kg.name(entity)) for entity in home.kg.find(name)}
+    found = {t for t in home.facts if t[1] == AB.alias and str(t[2]) == normal(name)}
+    if not found or normal(name) in own:
+        return set(), ""
+    told = ", ".join(sorted(home.words.name(t[0]) for t in found))
+    return found, f"{normal(name)} is another name for {told}"
+
+
+def _thing(home: Home, name: str) -> object:
+    found = known_as(home, name)
+    mine = [node for node in sorted(found, key=str) if any(t[0] == node for t in home.facts)]
+    if not mine:
+        if found:
+            raise UsageError(f"{name} is described in actions.ttl; edit the file to take it back")
+        from adaptbot_cli.core import view
+
+        near = view.near(home.kg, name)
+        hint = f"; near it: {', '.join(near)}" if near else ""
+        raise UsageError(f"nothing is called {name}, and nobody said it is not here{hint}")
+    if len(mine) > 1:
+        told = ", ".join(f"{home.kg.kind_label(node)} {home.words.name(node)}" for node in mine)
+        raise UsageError(f"several things are called {name}: {told}")
+    return mine[0]
+
+
+def commit_edits(home: Home, message: str) -> str | None:
+    """Commit hand edits of a domain's files; None if there are none.
+
+    Raises:
+        KnowledgeError: the edits leave what the domain does not allow, or no domain; they stay
+            as they are, uncommitted.
+    """
+    from adaptbot_cli.adapters.store.committing import recovered
+    from adaptbot_cli.adapters.store.files import lock
+    from adaptbot_cli.adapters.store.reading import load_kg
+    from adaptbot_cli.session.standing import new_faults
+
+    versions = home.needed()
+    with lock(home.workspace.root):
+        recovered(home.workspace.root)
+        edited = versions.edited()
+        if not edited:
+            return None
+        load_kg(versions.files(None), f"kg/{home.domain}")
+        found = new_faults(home) if versions.head() else []
+        if found:
+            told = "; ".join(found)
+            raise KnowledgeError(f"the edits were not committed and stay as they are: {told}")
+        by = person()
+        trailers = "Source: hand edit\n" + (f"By: {_one_line(by)}\n" if by else "")
+        paths = [versions.path(name) for name in edited]
+        return versions.repo.commit(paths, f"{message.strip()}\n\n{trailers}", _now())
+
+
+def preview_words(home: Home, delta: Delta) -> Words:
+    """Return words that know the names of what a change adds as well."""
+    return home.words.also(delta.added).also(delta.removed)
+
+
+def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:
+    """Return the tasks whose library plan is judged otherwise after a change: task, old, new."""
+    from adaptbot_cli.session.judging import verdict_changes
+
+    return verdict_changes(home.kg, after(home, delta), delta, home.workspace.library(home.domain))

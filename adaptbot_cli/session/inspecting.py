@@ -1,0 +1,29 @@
+"""Everything that is wrong with a domain pack and its plan library."""
+
+from typing import TYPE_CHECKING
+
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.kg import Kg
+
+
+def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str]]:
+    """Return a domain's graph, and a sentence for each fault: file, entry, what to do.
+
+    With a fault the graph may be None, and is good for nothing but a look.
+
+    Raises:
+        UsageError: there is no such domain.
+        KnowledgeError: its folder cannot be read.
+    """
+    from adaptbot_cli.adapters.planner.checking import library_faults
+    from adaptbot_cli.adapters.store.files import settle
+    from adaptbot_cli.adapters.store.reading import check_files
+
+    settle(workspace.root)
+    kg, found = check_files(workspace.files(domain))
+    if kg is not None and kg.domain.name not in ("", domain):
+        told = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
+        found.append(f'domain.ttl, entry {kg.domain.name}: {told}; write "{domain}"')
+    return kg, [*found, *library_faults(workspace.library(domain), kg)]

@@ -1,0 +1,240 @@
+"""What is known of a home, by whom it was taught, and how it changed: reading only."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from adaptbot_cli.core.changes import Changes, Words
+from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.session.loading import load
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from rdflib.term import Node
+
+    from adaptbot_cli.adapters.store.versions import Taught, Versions
+    from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.provenance import Chapter, Origin, Turnover
+
+WORKING = "the files"
+"""How the version on disk is called, which may hold edits that are not committed."""
+
+
+@dataclass
+class Home:
+    """A domain in a workspace, with its versions if it has any."""
+
+    workspace: Workspace
+    domain: str
+
+    @cached_property
+    def kg(self) -> "Kg":
+        """The graph as it is now. Raises KnowledgeError, PackError, UsageError."""
+        return load(self.workspace, self.domain)
+
+    @cached_property
+    def versions(self) -> "Versions | None":
+        """The versions; None where the workspace holds nothing of the domain yet."""
+        from adaptbot_cli.adapters.store.versions import Versions
+
+        self.workspace.folder(self.domain)  # says so if there is no such domain
+        root = self.workspace.root.resolve()
+        kept = any((folder / ".git").exists() for folder in (root, *root.parents))
+        if not kept or not self.workspace.has(self.domain):
+            return None
+        return Versions.of(self.workspace.root, self.domain)
+
+    def needed(self) -> "Versions":
+        """Return the versions. Raises KnowledgeError if there are none."""
+        if self.versions is None:
+            raise KnowledgeError(
+                f"the workspace {self.workspace.root} has no versions of the {self.domain} "
+                "yet; the first run or change makes them"
+            )
+        return self.versions
+
+    @cached_property
+    def facts(self) -> frozenset[Triple]:
+        """The single facts of the files as they are now, those about taught actions too."""
+        from adaptbot_cli.adapters.store.versions import Versions
+
+        files = self.workspace.files(self.domain)
+        nowhere: object = None
+        versions = self.versions or Versions(self.workspace.root, self.domain, nowhere)  # type: ignore[arg-type]
+        return versions.facts(files)
+
+    @cached_property
+    def pack(self) -> frozenset[Triple]:
+        """The single facts that the bundled domain came with; none if it is not bundled."""
+        from adaptbot_cli.adapters.store.reading import read_files
+        from adaptbot_cli.adapters.store.versions import Versions
+        from adaptbot_cli.resources import bundled
+
+        nowhere: object = None
+        folder = bundled("kg") / self.domain
+        versions = Versions(folder, self.domain, nowhere)  # type: ignore[arg-type]
+        return versions.facts(read_files(folder))
+
+    @cached_property
+    def words(self) -> Words:
+        """Names and labels, as they are now and as the bundled domain had them."""
+        return Words.of(self.kg.domain, self.facts, self.pack)
+
+
+def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str, str, Words]:
+    """Return what changed from one version to another, how both are called, and words for it.
+
+    Without `a` and `b`: from the last commit to the files if they are edited, else what the last
+    commit changed. With `a` alone: from it to the files.
+
+    Raises:
+        KnowledgeError: there is no such version.
+    """
+    versions = home.needed()
+    files_a: Mapping[str, bytes]
+    last = next(versions.repo.log([f"kg/{home.domain}"]), None)
+    if a is None and last is not None and not versions.edited():
+        a, b = f"{last.sha[:7]}~1", last.sha[:7]
+        files_a = versions.files(last.parents[0]) if last.parents else {}
+    else:
+        a = a or "HEAD"
+        files_a = versions.files(a)
+    files_b = versions.files(b)
+    changes = versions.between(files_a, files_b)
+    words = home.words.also(versions.facts(files_a)).also(versions.facts(files_b))
+    return changes, a, b or WORKING, words
+
+
+def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
+    """Give the commits that taught something, newest first; those about a thing, if one is named.
+
+    Raises:
+        UsageError: nothing is or was ever called so.
+    """
+    from adaptbot_cli.adapters.store.blame import chapter
+
+    versions = home.versions
+    if versions is None:
+        return
+    if name is None:
+        yield from map(chapter, versions.taught())
+        return
+    wanted = known_as(home, name)
+    past = list(versions.taught())
+    # What is gone by now is found by the name it had.
+    wanted |= {t[0] for taught in past for t in _triples(taught) if concerns(t, frozenset(), name)}
+    wanted -= {home.kg.domain.iri}
+    found = [
+        taught
+        for taught in past
+        if any(concerns(triple, wanted, name) for triple in _triples(taught))
+        or any(entry.name == name for entry in taught.changes.entries)
+    ]
+    if not found and not wanted:
+        raise UsageError(f"nothing is or was called {name}{_near(home, name)}")
+    yield from map(chapter, found)
+
+
+def _triples(taught: "Taught") -> frozenset[Triple]:
+    return taught.changes.delta.removed | taught.changes.delta.added
+
+
+def known_as(home: Home, name: str) -> "frozenset[Node]":
+    """Return the things and actions that bear a name now."""
+    from adaptbot_cli.core.names import normal
+
+    found: set[Node] = set(home.kg.find(name))
+    action = home.kg.domain.actions.get(normal(name))
+    return frozenset(found | ({action.iri} if action else set()))
+
+
+def concerns(triple: Triple, wanted: "frozenset[Node]", name: str) -> bool:
+    """Tell whether a fact is about one of some things, names one, or holds a name itself."""
+    from rdflib import Literal
+
+    from adaptbot_cli.core.names import normal
+
+    subject, _, value = triple
+    if subject in wanted or value in wanted:
+        return True
+    return isinstance(value, Literal) and str(value) == normal(name)
+
+
+@dataclass(frozen=True, slots=True)
+class Why:
+    """Where the facts about something come from; `history` of one property, newest first."""
+
+    name: str
+    facts: Mapping[Triple, "Origin"]
+    history: "Sequence[Turnover]" = ()
+
+
+def why(home: Home, name: str, prop: str = "") -> Why:
+    """Return where the facts about a thing, an action or an absence come from.
+
+    With `prop` (a predicate's short name or label) only that property's, with all that came and
+    went of it.
+
+    Raises:
+        UsageError: nothing is called so, or has no such property.
+    """
+    from adaptbot_cli.adapters.store.blame import PACK, UNCOMMITTED, history, origins
+
+    wanted = known_as(home, name)
+    facts = {t for t in home.facts if t[0] in wanted} or _absences(home, name)
+    if not facts and not wanted:
+        for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
+            if known_as(home, name[:cut]):
+                return why(home, name[:cut], name[cut:].strip())
+        raise UsageError(f"nothing is called {name}{_near(home, name)}")
+    if prop:
+        facts = {t for t in facts if called(prop, t[1], home.words)}
+    pairs = {(t[0], t[1]) for t in facts}
+    if prop and not pairs:
+        pairs = {
+            (s, p) for s in wanted for p in home.kg.domain.properties if called(prop, p, home.words)
+        }
+        if not pairs:
+            raise UsageError(f"there is no property {prop}; {name} has {_properties(home, wanted)}")
+    if home.versions is None:
+        return Why(name, {t: PACK if t in home.pack else UNCOMMITTED for t in facts})
+    found = origins(home.versions, facts, home.pack)
+    past = [
+        turn
+        for subject, predicate in (sorted(pairs) if prop else ())
+        for turn in history(home.versions, subject, predicate, home.pack)
+    ]
+    return Why(name, found, past)
+
+
+def _absences(home: Home, name: str) -> set[Triple]:
+    """The facts by which a name was said to be not here, or not possible."""
+    from adaptbot_cli.core.names import normal
+    from adaptbot_cli.core.terms import AB
+
+    absent = {AB.absentItem, AB.absentAction}
+    return {t for t in home.facts if t[1] in absent and str(t[2]) == normal(name)}
+
+
+def called(prop: str, predicate: "Node", words: Words) -> bool:
+    """Tell whether a predicate bears a name: its short name or its label."""
+    from adaptbot_cli.core.names import normal
+    from adaptbot_cli.core.terms import local
+
+    return normal(prop) in (normal(local(predicate)), normal(words.label(predicate)))
+
+
+def _properties(home: Home, wanted: "frozenset[Node]") -> str:
+    from adaptbot_cli.core.terms import local
+
+    found = sorted({local(p) for s, p, _ in home.facts if s in wanted})
+    return ", ".join(found) or "none yet"
+
+
+def _near(home: Home, name: str) -> str:
+    from adaptbot_cli.core import view
+
+    near = view.near(home.kg, name)
+    return f"; near it: {', '.join(near)}" if near else ""

@@ -1,0 +1,121 @@
+"""The open questions of a workspace: found in its transcripts, answered in one sitting."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from adaptbot_cli.core.turns import Human, Observer
+from adaptbot_cli.session.building import (
+    Request,
+    human_of,
+    keeper_of,
+    recording,
+    started,
+    started_on,
+)
+from adaptbot_cli.session.driving import Nowhere, Ports, drive
+from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.pending import Pending, Sitting, Waiting
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """What waits in a domain: tasks, the questions that they wait for, the transcripts they are
+    from; and how many tasks wait in `others`, by domain."""
+
+    kg: "Kg"
+    waiting: "Sequence[Waiting]"
+    pending: "Sequence[Pending]"
+    runs: Sequence[str] = ()
+    others: dict[str, int] = field(default_factory=dict)
+
+
+def find_open(workspace: Workspace, domain: str) -> Open:
+    """Find the questions that are open in a domain. Raises UsageError, KnowledgeError."""
+    from adaptbot_cli.adapters.transcript import left_over
+    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.pending import Waiting, listed
+    from adaptbot_cli.core.tasks import task_for
+
+    kg = load(workspace, domain)
+    runs = left_over(workspace.transcripts, _sittings(workspace))
+    waiting = [
+        Waiting(task_for(run.task, kg, run.requires), run.plan, run.unknown)
+        for run in runs
+        if run.domain == domain
+    ]
+    others: dict[str, int] = {}
+    for run in runs:
+        if run.domain != domain:
+            others[run.domain] = others.get(run.domain, 0) + 1
+    pending = drive(listed(waiting, kg, parse), _ports(kg, human_of(Request("", domain), None)))
+    names = [run.path.stem for run in runs if run.domain == domain]
+    return Open(kg, waiting, pending, names, others)
+
+
+def _sittings(workspace: Workspace) -> Path:
+    return workspace.transcripts / "sittings"
+
+
+def _ports(kg: "Kg", human: Human, **more: Any) -> Ports:
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.core.execute import Rehearsal
+
+    nobody: Any = None
+    store = more.pop("store", None) or Nowhere()
+    return Ports(nobody, human, Rehearsal(kg), WordNet(), store, **more)
+
+
+@contextmanager
+def sit_down(
+    open_: Open,
+    request: Request,
+    workspace: Workspace,
+    prompts: "Console | None",
+    observers: Sequence[Observer] = (),
+) -> Iterator[Ports]:
+    """Wire a sitting: a human to ask, a store to keep what is learned, a transcript of its own.
+
+    What an earlier sitting was told and did not come to keep is given again. Raises KnowledgeError.
+    """
+    name = f"{started():%Y%m%dT%H%M%S%f}-pending.yaml"
+    path = _sittings(workspace) / name
+    human = _remembering(workspace, human_of(request, prompts))
+    start = started_on(request.domain, workspace)
+    keeper = keeper_of(request, workspace, "pending answer", path)
+    header = {
+        "sitting": list(open_.runs),
+        "domain": request.domain,
+        "graph": (start.revision or "bundled") + (EDITS if start.edited else ""),
+    }
+    with recording(path, open_.kg, header) as recorder:
+        yield _ports(open_.kg, human, store=keeper, observers=[*observers, recorder])
+        recorder.ended()
+
+
+def _remembering(workspace: Workspace, human: Human) -> Human:
+    """A human who first gives what the last sitting was told, if that one was cut off."""
+    from adaptbot_cli.adapters.transcript import Memory, RememberingHuman, read_cut, unfinished
+
+    latest = max(_sittings(workspace).glob("*.yaml"), default=None)
+    if latest is None or latest not in unfinished(_sittings(workspace)):
+        return human
+    memory = Memory()
+    memory.take(read_cut(latest)[1])
+    return RememberingHuman(memory, human) if memory.answers else human
+
+
+def answer(open_: Open, ports: Ports) -> "Sitting":
+    """Go through the open questions, learn, and look at the tasks again."""
+    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.pending import sitting
+
+    return drive(sitting(open_.waiting, open_.kg, parse), ports)

@@ -1,0 +1,131 @@
+"""Graphs in and out: queries, updates, exports, imports."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
+from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.core.sparql import reaches_out
+from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.session.changing import Proposal, after
+from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.session.loading import load
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.adapters.store.graphs import Answered
+
+
+def prefixes(home: Home) -> dict[str, str]:
+    """Return the prefixes that a query need not declare; ex is the domain's own namespace."""
+    from adaptbot_cli.adapters.store.turtle.terms import KNOWN_PREFIXES
+
+    return {**KNOWN_PREFIXES, "ex": home.kg.domain.namespace}
+
+
+def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
+    """Answer a SPARQL query over G_k, G_s and the classes; with `files` over their facts.
+
+    Raises:
+        UsageError: it is no valid query, is an update, or would reach the network.
+    """
+    from adaptbot_cli.adapters.store.graphs import ask
+
+    _keep_in(text)
+    kg = load(home.workspace, home.domain, files) if files else home.kg
+    graphs = {str(name): set(kg.graph(name)) for name in (ATTRIBUTES, STATES, SCHEMA)}
+    try:
+        return ask(graphs, text, prefixes(home))
+    except UsageError as error:
+        try:
+            _updated(home, text)
+        except UsageError:
+            raise error from None
+        raise UsageError("this would change the graph: say --update if that is meant") from None
+
+
+def update(home: Home, text: str) -> Proposal:
+    """Propose what a SPARQL update would change.
+
+    Raises:
+        UsageError: it is no valid update, or would reach the network or change the classes.
+    """
+    _keep_in(text)
+    now = _updated(home, text)
+    delta = Delta(home.facts - now, now - home.facts)
+    line = " ".join(text.split())
+    subject = f"update: {line[:60]}" + ("…" if len(line) > 60 else "")
+    return Proposal(delta, subject, (("Source", "update"), ("Update", line[:2000])))
+
+
+def _updated(home: Home, text: str) -> frozenset[Triple]:
+    from adaptbot_cli.adapters.store.graphs import update as updated
+
+    return updated(home.facts, home.kg.graph(SCHEMA), text, prefixes(home))
+
+
+def _keep_in(text: str) -> None:
+    word = reaches_out(text)
+    if word:
+        raise UsageError(f"{word} would reach the network; a query asks this graph alone")
+
+
+def exported(
+    workspace: Workspace, domain: str, form: str, part: str, at: str | None = None
+) -> bytes:
+    """Return a domain's facts written in a format: G_k ("attribute"), G_s ("state") or both.
+
+    Raises:
+        KnowledgeError, UsageError: there is no such revision or domain.
+    """
+    from adaptbot_cli.adapters.store.graphs import write_graph
+
+    kg = load(workspace, domain, at=at)
+    names = {"attribute": [ATTRIBUTES], "state": [STATES]}.get(part, [ATTRIBUTES, STATES])
+    triples = {triple for name in names for triple in kg.graph(name)}
+    home = Home(workspace, domain)
+    return write_graph(triples, form, prefixes(home))
+
+
+def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, Proposal]:
+    """Propose to take in graphs; with `replace` they become all that is known.
+
+    Raises:
+        KnowledgeError: a file cannot be read, or is not valid.
+    """
+    from adaptbot_cli.adapters.store.graphs import read_graph
+
+    given = read_graph(files)
+    base = frozenset({*home.kg.graph(ATTRIBUTES), *home.kg.graph(STATES)})
+    parcel = accept(given.triples, home.kg.domain, frozenset() if replace else base, given.prefixes)
+    delta = replaced(parcel, base) if replace else merged(parcel, home.kg.domain, base)
+    names = ", ".join(path.name for path in files)
+    notes = _unmet(home, delta) if delta else ()
+    trailers = (("Source", "import"), *(("File", path.name) for path in files))
+    return parcel, Proposal(delta, f"import: {names}", trailers, notes)
+
+
+def _unmet(home: Home, delta: Delta) -> tuple[str, ...]:
+    """Say which tasks would need what is not here any more."""
+    now = after(home, delta)
+    tasks = [
+        task.name
+        for task in home.kg.domain.tasks
+        if any(home.kg.find(item) and not now.find(item) for item in task.required)
+    ]
+    told = sentence_list(tasks)
+    return (f"{len(tasks)} tasks would need what is not here any more: {told}",) if tasks else ()
+
+
+def plain_parcel(parcel: Parcel) -> dict[str, Any]:
+    """Return what became of a graph from outside as a plain object."""
+    left = [{"fact": list(map(str, t)), "why": why} for t, why in parcel.left_out.items()]
+    return {
+        "accepted": len(parcel.accepted),
+        "declarations": len(parcel.declarations),
+        "left_out": left,
+        "oddities": list(parcel.oddities),
+    }

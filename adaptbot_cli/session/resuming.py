@@ -1,0 +1,79 @@
+"""Finds the run that was cut off, and what it knew."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from adaptbot_cli.core.turns import Human, Planner
+from adaptbot_cli.workspace import Workspace
+
+
+def cut_off(workspace: Workspace, name: str = "") -> Path:
+    """Return the transcript of the run to go on with: the one that is named, or the latest.
+
+    `name` is a transcript's name without ending, the beginning of one, or a file.
+
+    Raises:
+        UsageError: there is no such run, there are several, or it has ended.
+    """
+    from adaptbot_cli.adapters.transcript import has_ended, unfinished
+    from adaptbot_cli.errors import UsageError
+
+    open_ = unfinished(workspace.transcripts)
+    if not name:
+        if not open_:
+            raise UsageError(f"no run in {workspace.root} was cut off: there is nothing to resume")
+        return open_[0]
+    if Path(name).is_file():
+        found = [Path(name)]
+    else:
+        found = sorted(workspace.transcripts.glob("*.yaml"))
+        exact = [path for path in found if path.stem == name]
+        found = exact or [path for path in found if path.stem.startswith(name)]
+    if not found:
+        raise UsageError(f'there is no run "{name}" in {workspace.root}; {_told(open_)}')
+    if len(found) > 1:
+        raise UsageError(f'"{name}" is short for {len(found)} runs; {_told(open_)}')
+    if has_ended(found[0].read_text(encoding="utf-8", errors="replace")):
+        raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_told(open_)}")
+    later = next((path for path in open_ if found[0] in chain(path)[:-1]), None)
+    return later or found[0]
+
+
+def _told(paths: list[Path]) -> str:
+    if not paths:
+        return "none was cut off"
+    return f"cut off: {', '.join(path.stem for path in paths[:5])}"
+
+
+def header_of(path: Path) -> Mapping[str, Any]:
+    """Return a transcript's header. Raises UsageError."""
+    from adaptbot_cli.adapters.transcript import read_cut
+
+    return read_cut(path)[0]
+
+
+def chain(path: Path) -> list[Path]:
+    """Return the transcripts that a run goes on with, the first one first, and its own."""
+    found = [path]
+    while True:
+        before = header_of(found[0]).get("resumes")
+        older = path.parent / f"{before}.yaml"
+        if not before or older in found or not older.is_file():
+            return found
+        found.insert(0, older)
+
+
+def remembering(path: Path, planner: Planner, human: Human) -> tuple[Planner, Human]:
+    """Return a planner and a human that first give what a run that was cut off was given."""
+    from adaptbot_cli.adapters.transcript import (
+        Memory,
+        RememberingHuman,
+        RememberingPlanner,
+        read_cut,
+    )
+
+    memory = Memory()
+    for each in chain(path):
+        memory.take(read_cut(each)[1])
+    return RememberingPlanner(memory, planner), RememberingHuman(memory, human)

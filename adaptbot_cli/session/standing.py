@@ -1,0 +1,74 @@
+"""How a workspace stands."""
+
+from pathlib import Path
+
+from adaptbot_cli.core.changes import Changes, Words
+from adaptbot_cli.core.standing import Status
+from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli.session.knowing import Home
+
+
+def status(home: Home) -> Status:
+    """Return how a workspace stands. Edits that cannot be read are told as a problem."""
+    root, versions = home.workspace.root, home.versions
+    if versions is None:
+        return Status(root, home.domain)
+    last = next(versions.repo.log([f"kg/{home.domain}"]), None)
+    head = versions.head()
+    changes, problem, found = None, "", []
+    if head:
+        try:
+            changes = versions.between(versions.files(head), versions.files(None))
+            found = new_faults(home) if changes else []
+        except KnowledgeError as error:
+            problem = str(error)
+    waiting = [path for path in sorted(home.workspace.transcripts.glob("*.yaml")) if _open(path)]
+    revision, subject = (last.sha, last.subject) if last else (head, "")
+    edited = versions.edited()
+    return Status(root, home.domain, revision, subject, edited, changes, problem, found, waiting)
+
+
+def new_faults(home: Home) -> list[str]:
+    """Return what is wrong with the files and was not yet at the last commit.
+
+    Raises:
+        KnowledgeError, PackError: the files make no domain.
+    """
+    from adaptbot_cli.adapters.store.reading import load_kg
+    from adaptbot_cli.core.faults import faults
+
+    versions, where = home.needed(), f"kg/{home.domain}"
+    now = [str(fault) for fault in faults(load_kg(versions.files(None), where))]
+    try:
+        before = {str(fault) for fault in faults(load_kg(versions.files("HEAD"), where))}
+    except KnowledgeError:
+        before = set()
+    return [fault for fault in now if fault not in before]
+
+
+def _open(path: Path) -> bool:
+    """Whether a transcript's run was not ended: its last document does not say so."""
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - 400))
+            return b"turn: finished" not in file.read()
+    except OSError:
+        return False
+
+
+def words_for(home: Home, changes: Changes) -> Words:
+    """Return words that know the names of what a change adds and removes as well."""
+    known = _words(home)
+    return known.also(changes.delta.added).also(changes.delta.removed)
+
+
+def _words(home: Home) -> Words:
+    """The words of the files as they are; those of the last commit if the files are no domain."""
+    from adaptbot_cli.adapters.store.reading import load_kg
+
+    try:
+        return home.words
+    except KnowledgeError:
+        versions = home.needed()
+        files = versions.files("HEAD")
+        return Words.of(load_kg(files, "HEAD").domain, versions.facts(files))

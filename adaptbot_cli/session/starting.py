@@ -1,0 +1,84 @@
+"""A new domain for a workspace, from the starting pack or like another domain."""
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.kg import Kg
+
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """A domain that was just made: its graph, and the revision that holds it."""
+
+    kg: "Kg"
+    revision: str
+
+
+def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
+    """Write a new domain into the workspace and commit it.
+
+    It is the starting pack, or a copy of the domain `like` with its plans.
+
+    Raises:
+        UsageError: the name will not do or is taken, or there is no domain to copy.
+        KnowledgeError: the workspace cannot be written, or the pack to copy has faults.
+    """
+    from rdflib import URIRef
+
+    from adaptbot_cli.adapters.planner.library import library_files
+    from adaptbot_cli.adapters.store.files import settle
+    from adaptbot_cli.adapters.store.reading import load_kg, read_files
+    from adaptbot_cli.adapters.store.starting import create, renamed
+    from adaptbot_cli.resources import bundled
+
+    settle(workspace.root)
+    _refuse(workspace, name)
+    source = workspace.folder(like) if like else bundled("starter")
+    library = workspace.library(like) if like else (bundled("starter"),)
+    files = read_files(source)
+    iri = load_kg(files, str(source)).domain.iri
+    pack = renamed(files, iri, URIRef(iri[: -len(_last(iri))] + name), name)
+    kg = load_kg(pack, f"kg/{name}")
+    written = {f"kg/{name}/{file}": data for file, data in pack.items()}
+    for path in library_files(*library):
+        written[f"prompts/library/{name}/{path.name}"] = path.read_bytes()
+    origin = f"like {like}" if like else "from the starting pack"
+    message = f"domain: start {name} {origin}"
+    return Started(kg, create(workspace.root, written, workspace.own_files(), message))
+
+
+def _last(iri: str) -> str:
+    from rdflib import URIRef
+
+    from adaptbot_cli.core.terms import local
+
+    return local(URIRef(iri))
+
+
+def _refuse(workspace: Workspace, name: str) -> None:
+    """Make sure that a new domain may have a name. Raises UsageError."""
+    from adaptbot_cli.core.names import normal
+    from adaptbot_cli.core.terms import TERMS
+    from adaptbot_cli.errors import UsageError
+
+    if not _NAME.fullmatch(name):
+        better = normal(name)
+        hint = f"; {better} would do" if _NAME.fullmatch(better) else ", such as post_room"
+        raise UsageError(
+            f'"{name}" cannot name a domain: a name has small letters, digits and underscores, '
+            f"begins with a letter and has 40 characters at most{hint}"
+        )
+    if name in TERMS:
+        raise UsageError(f'"{name}" cannot name a domain: ab:{name} means something else already')
+    if name in workspace.domains():
+        where = "in this workspace" if workspace.has(name) else "bundled with the program"
+        raise UsageError(
+            f'there is a domain "{name}" already, {where}; choose another name, '
+            f"perhaps with --like {name}"
+        )

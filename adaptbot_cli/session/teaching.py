@@ -1,0 +1,103 @@
+"""Teaching a thing without a task."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING, Any
+
+from adaptbot_cli.core.adding import teach_thing
+from adaptbot_cli.core.learning import Lesson, is_absent
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.turns import Ask, Human, Turn
+from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
+from adaptbot_cli.session.building import person
+from adaptbot_cli.session.changing import keeper
+from adaptbot_cli.session.driving import perform
+from adaptbot_cli.session.knowing import Home
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """What was taught of a thing; `revision` is None if nothing was kept."""
+
+    lessons: Sequence[Lesson]
+    revision: str | None
+
+
+def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None") -> Added:
+    """Ask all about a thing, have it reviewed, commit it.
+
+    `prompts` is the terminal to ask at. An interruption leaves the answers given so far in a file
+    from which they can be given again.
+
+    Raises:
+        UsageError: there is nobody to ask, or the name says nothing.
+        KnowledgeError: what was taught cannot be kept.
+        Interrupted: the person pressed Ctrl-C; the message names the file with the answers.
+    """
+    from adaptbot_cli.session.driving import Ports
+
+    if not normal(name):
+        raise UsageError("say what there is: adaptbot kg add NAME")
+    if is_absent(home.kg, name, "item"):
+        raise UsageError(
+            f"{name} is not here, as a person has said; adaptbot kg retract takes that back first"
+        )
+    store = keeper(home)
+    nobody: Any = None
+    ports = Ports(nobody, _human(answers, prompts), nobody, nobody, store)
+    given: dict[str, str] = {}
+    try:
+        return _drive(name, home, ports, given)
+    except (KeyboardInterrupt, KnowledgeError) as stopped:
+        kept = _save(home, name, given) if given else None
+        again = f"adaptbot kg add {quote(name)} --answers {quote(str(kept))}"
+        hint = f"; what you answered is kept: go on with `{again}`" if kept else ""
+        if isinstance(stopped, KeyboardInterrupt):
+            raise Interrupted(f"interrupted; nothing was committed{hint}") from None
+        raise KnowledgeError(f"{stopped}{hint}") from stopped
+
+
+def _human(answers: Path | None, prompts: "Console | None") -> Human:
+    from datetime import UTC, datetime
+
+    from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
+    from adaptbot_cli.adapters.terminal import TerminalHuman
+
+    if answers is not None:
+        return AnswersHuman(read_answers(answers), person(), str(answers))
+    if prompts is None:
+        raise UsageError("there is no terminal to ask at: say --answers FILE")
+    return TerminalHuman(prompts, person(), lambda: datetime.now(UTC).isoformat(timespec="seconds"))
+
+
+def _drive(name: str, home: Home, ports: Any, given: dict[str, str]) -> Added:
+    turns = teach_thing(name, home.kg)
+    reply: Any = None
+    while True:
+        try:
+            turn: Turn = turns.send(reply)
+        except StopIteration as stop:
+            return Added(*stop.value)
+        reply = perform(turn, ports)
+        if isinstance(turn, Ask):
+            given[turn.question.prop or turn.question.kind] = reply.value
+
+
+def _save(home: Home, name: str, given: dict[str, str]) -> Path | None:
+    """Write what was answered as a file of answers; None if that cannot be done either."""
+    import yaml
+
+    from adaptbot_cli.core.learning import safe_name
+
+    path = home.workspace.transcripts / f"add-{safe_name(name)}.answers"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(yaml.safe_dump({name: given}, allow_unicode=True), encoding="utf-8")
+    except (OSError, ValueError):
+        return None
+    return path

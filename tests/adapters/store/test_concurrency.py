@@ -1,0 +1,170 @@
+"""Several processes that learn at once lose nothing, and the later of two that differ is told."""
+
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adaptbot_cli import session
+from adaptbot_cli.adapters.store.files import lock
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.keeper import Keeper
+from adaptbot_cli.core.faults import faults
+from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli.workspace import Workspace
+from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs fork")
+PROCESSES, COMMITS = 8, 25
+PLACES = ["fridge", "table", "sink", "stove", "oven", "cabinet", "rack", "countertop"]
+
+
+def in_processes(work: Callable[[int], Any], count: int) -> list[Any]:
+    """Let forked processes work at once; return what each of them came to."""
+    begin, go = os.pipe()
+    pipes = []
+    for number in range(count):
+        listen, tell = os.pipe()
+        if os.fork() == 0:
+            try:
+                os.close(go)
+                os.read(begin, 1)  # until all of them are there
+                os.write(tell, json.dumps(work(number)).encode())
+            finally:
+                os._exit(0)
+        os.close(tell)
+        pipes.append(listen)
+    os.close(begin)
+    os.close(go)
+    found = []
+    for listen in pipes:
+        with os.fdopen(listen, "rb") as pipe:
+            found.append(json.loads(pipe.read() or b'"died"'))
+    for _ in range(count):
+        os.wait()
+    return found
+
+
+def test_eight_processes_with_25_commits_each(tmp_path: Path) -> None:
+    """200 commits, no lost fact, no corrupt file; one place of the shared thing, seven told."""
+    root = tmp_path / "home"
+    shared = item("shared", "fridge").lessons[0].delta.added
+    keeper(root).keep(learned(*shared - {(ex("shared"), ex("obj_location"), ex("fridge"))}))
+    repo = Repo.open_or_init(root)
+    before = sum(1 for _ in repo.log())
+
+    def work(number: int) -> list[str]:
+        one = Keeper(root, "kitchen", ORIGIN)
+        told = []
+        for turn in range(COMMITS):
+            one.keep(item(f"thing_{number}_{turn}", PLACES[turn % len(PLACES)]))
+            if turn == COMMITS // 2:
+                try:
+                    one.keep(learned((ex("shared"), ex("obj_location"), ex(PLACES[number]))))
+                    told.append("kept")
+                except KnowledgeError as error:
+                    told.append(str(error))
+        return told
+
+    results = [said for [said] in in_processes(work, PROCESSES)]
+    start = begun(root)
+    names = [f"thing_{p}_{t}" for p in range(PROCESSES) for t in range(COMMITS)]
+    assert [name for name in names if not start.kg.find(name)] == []
+    assert all(
+        (ex(f"thing_{p}_{t}"), ex("obj_location"), ex(PLACES[t % len(PLACES)])) in start.kg.facts
+        for p in range(PROCESSES)
+        for t in range(COMMITS)
+    )
+    commits = list(repo.log())
+    assert len(commits) == before + PROCESSES * COMMITS + 1
+    told = {value for c in commits for key, value in c.trailers if key.startswith("Fact")}
+    assert {f"+ {name} obj_name {name}" for name in names} <= told
+    assert start.edited == () and faults(start.kg) == []
+    [place] = start.kg.facts.objects(ex("shared"), ex("obj_location"))
+    assert results.count("kept") == 1
+    refused = [said for said in results if said != "kept"]
+    assert all("shared: place (obj_location) has 2 values" in said for said in refused)
+    assert all(str(place).rsplit("/", 1)[-1] in said for said in refused)
+    if shutil.which("git"):
+        subprocess.run(["git", "fsck", "--strict"], cwd=root, check=True, capture_output=True)
+
+
+def test_a_run_that_started_before_another_learned_keeps_what_both_learned(tmp_path: Path) -> None:
+    root = tmp_path / "home"
+    one, two = keeper(root), keeper(root)
+    one.keep(item("leek", "fridge"))
+    two.keep(item("chard", "fridge"))
+    one.keep(item("okra", "fridge"))
+    kg = begun(root).kg
+    assert all(kg.find(name) for name in ("leek", "chard", "okra"))
+
+
+def test_who_waits_comes_before_who_lets_go_and_wants_it_again(tmp_path: Path) -> None:
+    turns = tmp_path / "turns"
+    turns.write_text("")
+
+    def work(number: int) -> None:
+        for _ in range(30):
+            with lock(tmp_path):
+                turns.write_text(f"{turns.read_text()}{number}")
+                time.sleep(0.002)
+
+    in_processes(work, 3)
+    assert sorted(turns.read_text()) == sorted("012" * 30)
+    first = turns.read_text()[:45]
+    assert max(len(list(run)) for _, run in itertools.groupby(first)) < 15
+
+
+def test_a_reader_never_sees_half_of_a_change(tmp_path: Path) -> None:
+    """What is read while others write is one revision: never a thing without its place."""
+    root = tmp_path / "home"
+    keeper(root)
+
+    def work(number: int) -> str:
+        if number == 0:
+            one = Keeper(root, "kitchen", ORIGIN)
+            for turn in range(40):
+                one.keep(item(f"thing_{turn}", "fridge"))
+            return "wrote"
+        for _ in range(60):
+            kg = session.load(Workspace(root), "kitchen")
+            for turn in range(40):
+                known = bool(kg.find(f"thing_{turn}"))
+                if known != ((ex(f"thing_{turn}"), ex("obj_location"), ex("fridge")) in kg.facts):
+                    return f"half of thing_{turn}"
+        return "whole"
+
+    assert in_processes(work, 2) == ["wrote", "whole"]
+
+
+def test_the_same_facts_are_the_same_bytes_whatever_the_hash_seed(tmp_path: Path) -> None:
+    """Processes with other orders of their sets write the same files, trees and commits."""
+    script = (
+        "import sys; from pathlib import Path\n"
+        "from rdflib import Literal\n"
+        "from tests.adapters.store.homes import *\n"
+        "one = keeper(Path(sys.argv[1]))\n"
+        "one.keep(item('leek', 'fridge'))\n"
+        "both = item('okra', 'fridge'), item('chard', 'table')\n"
+        "facts = {t for turn in both for t in turn.lessons[0].delta.added}\n"
+        "one.keep(learned(*facts, (ex('leek'), ex('IsBig'), Literal(True))))\n"
+    )
+    top = Path(__file__).parents[3]
+    found = []
+    for seed in ("0", "1", "4711"):
+        root = tmp_path / seed
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "GIT_CONFIG_GLOBAL": os.devnull}
+        subprocess.run(
+            [sys.executable, "-c", script, str(root)], cwd=top, env=environment, check=True
+        )
+        found.append((files(root), Repo.open_or_init(root).head()))
+    assert found[0] == found[1] == found[2]
+    assert b"ex:chard" in found[0][0]["attributes.ttl"]

@@ -1,0 +1,353 @@
+"""A story: taught in a run, edited by hand, changed, taken back; and who did each of it."""
+
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.session import changing, knowing, querying, standing, teaching, validating
+from adaptbot_cli.session.knowing import Home as Known
+from adaptbot_cli.workspace import Workspace
+from tests.cli.command import Ended, Home
+
+EX = "http://example.org/"
+ANSWERS = "chives: {existence: exists, kind: object, obj_location: fridge}\n"
+LEEK = (
+    "leek: {kind: object, obj_location: fridge, IsLiquid: no, IsSliceable: yes, Boilable: unknown,"
+    " Fryable: unknown, NeedsToBeCleaned: no, IsBig: no}\n"
+)
+MOVED = (
+    "DELETE WHERE { ex:THING ex:obj_location ?x } ;"
+    " INSERT DATA { ex:THING ex:obj_location ex:table }"
+)
+Fresh = Callable[[], Known]
+
+
+@pytest.fixture(scope="module")
+def taught(tmp_path_factory: pytest.TempPathFactory) -> Home:
+    """A home in which a run has taught chives, and leek was added after it."""
+    home = Home(tmp_path_factory.mktemp("taught"))
+    answers = home.write("answers.yaml", ANSWERS)
+    assert home.adaptbot("run", "make omelette", "--answers", answers).code == 0
+    leek = home.write("leek.yaml", LEEK)
+    assert home.adaptbot("kg", "add", "leek", "--answers", leek).code == 0
+    return home
+
+
+@pytest.fixture
+def fresh(taught: Home, tmp_path: Path) -> Fresh:
+    """What is known in a copy of that home, read anew at each call."""
+    shutil.copytree(taught.workspace, tmp_path / "robot")
+    return lambda: Known(Workspace(tmp_path / "robot"), "kitchen")
+
+
+def edit(home: Known, file: str, old: str, new: str) -> None:
+    path = home.workspace.root / "kg" / "kitchen" / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def facts(home: Known, name: str) -> set[str]:
+    return {home.words.sentence(t) for t in home.facts if home.words.name(t[0]) == name}
+
+
+def answer_about(home: Known, text: str) -> str:
+    """The id of the answer that taught something."""
+    [told] = [
+        f"{chapter.origin.revision[:7]}.{told.number}"
+        for chapter in knowing.chapters(home, None)
+        for told, sentence in zip(chapter.answers, chapter.sentences, strict=True)
+        if text in sentence
+    ]
+    return told
+
+
+def test_the_log_tells_who_taught_what_and_for_what(taught: Home) -> None:
+    shown, told, one, none = taught.adaptbots(
+        [["kg", "log"], ["kg", "log", "--json"], ["kg", "log", "chives"], ["kg", "log", "nothing"]]
+    )
+    assert "leek: sliceable yes" in shown.said and "omelette · plan library" in shown.said
+    added, learned, start = told.json()
+    assert (learned["task"], learned["planner"]) == ("omelette", "plan library")
+    assert learned["transcript"].endswith("make_omelette.yaml")
+    assert learned["answers"][1]["question"] == "Where is chives kept?"
+    assert learned["answers"][1]["answer"] == "fridge" and learned["answers"][1]["by"]
+    assert added["task"] == "add leek" and start["start"] and start["added"] > 1000
+    assert "leek" not in one.out and "chives" in one.out
+    assert (none.code, "Traceback" in none.err) == (2, False)
+
+
+def test_why_of_a_fact_outlives_later_commits(fresh: Fresh) -> None:
+    changing.commit(fresh(), changing.retract(fresh(), "leek"))
+    edit(fresh(), "state.ttl", "ex:chives ", "# moved by hand\nex:chives ")
+    told = knowing.why(fresh(), "chives place")
+    [origin] = told.facts.values()
+    assert (origin.source, origin.question) == ("answer", "Where is chives kept?")
+    assert (origin.said, origin.task, origin.planner) == ("fridge", "omelette", "plan library")
+    assert origin.transcript.endswith(".yaml") and origin.when and origin.by
+    assert {o.source for o in knowing.why(fresh(), "egg").facts.values()} == {"pack"}
+
+
+def test_every_kind_of_origin_is_told(fresh: Fresh, tmp_path: Path) -> None:
+    edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled true")
+    [origin] = knowing.why(fresh(), "egg", "boiled").facts.values()
+    assert origin.source == "uncommitted"
+    assert changing.commit_edits(fresh(), "the egg is boiled")
+    [origin] = knowing.why(fresh(), "egg", "IsBoiled").facts.values()
+    assert (origin.source, origin.subject) == ("hand edit", "the egg is boiled")
+    past = knowing.why(fresh(), "egg", "boiled").history
+    assert [(turn.sign, turn.origin.source) for turn in past][-1] == ("+", "pack")
+
+    update = MOVED.replace("THING", "egg")
+    changing.commit(fresh(), querying.update(fresh(), update))
+    [origin] = knowing.why(fresh(), "egg", "place").facts.values()
+    assert origin.source == "update" and origin.by
+
+    path = tmp_path / "moved.ttl"
+    path.write_text(f"<{EX}egg> <{EX}obj_location> <{EX}fridge> .", encoding="utf-8")
+    changing.commit(fresh(), querying.imported(fresh(), [path], False)[1])
+    [origin] = knowing.why(fresh(), "egg", "place").facts.values()
+    assert (origin.source, origin.subject) == ("import", "import: moved.ttl")
+
+
+def test_a_fact_committed_with_git_is_told_as_such(fresh: Fresh) -> None:
+    if not shutil.which("git"):
+        pytest.skip("needs git")
+    root = fresh().workspace.root
+    edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled true")
+    who = ["-c", "user.name=Someone", "-c", "user.email=s@example.org"]
+    subprocess.run(["git", "-C", root, *who, "commit", "-qam", "boiled"], check=True)
+    [origin] = knowing.why(fresh(), "egg", "boiled").facts.values()
+    assert (origin.source, origin.author, origin.subject) == ("git", "Someone", "boiled")
+
+
+def test_taking_back_that_a_thing_exists_takes_all_of_it_and_nothing_else(fresh: Fresh) -> None:
+    before = fresh()
+    [fridge] = before.kg.find("fridge")
+    update = 'INSERT DATA { ex:leek ab:alias "poireau" }'
+    changing.commit(before, querying.update(before, update))
+    later = fresh()
+    proposal = changing.revert_answer(later, answer_about(later, "there is leek"))
+    changing.commit(later, proposal)
+    now = fresh()
+    leek = {t for t in later.facts if str(t[0]) == f"{EX}leek"}
+    assert later.facts - now.facts == leek and len(leek) > 8
+    assert now.facts <= later.facts and not now.kg.find("poireau") and now.kg.find("chives")
+    assert fridge in now.kg.find("fridge")
+
+
+def test_taking_back_an_attribute_takes_the_state_that_it_brought(fresh: Fresh) -> None:
+    home = fresh()
+    update = "DELETE { ex:leek ex:sliced false } INSERT { ex:leek ex:sliced true } WHERE {}"
+    changing.commit(home, querying.update(home, update))
+    changing.commit(fresh(), changing.revert_answer(fresh(), answer_about(fresh(), "sliceable")))
+    assert facts(home, "leek") - facts(fresh(), "leek") == {
+        "leek: sliceable yes",
+        "leek: sliced no",
+    }
+    assert "leek: sliced yes" not in facts(fresh(), "leek")
+
+
+def test_later_work_on_the_same_fact_stays(fresh: Fresh) -> None:
+    home = fresh()
+    update = MOVED.replace("THING", "chives")
+    changing.commit(home, querying.update(home, update))
+    proposal = changing.revert_answer(fresh(), answer_about(fresh(), "chives: place"))
+    assert not proposal.delta
+    assert "chives: place table" in facts(fresh(), "chives")
+
+
+def test_a_revert_can_be_reverted(fresh: Fresh) -> None:
+    before = fresh().facts
+    [_, learned, _] = list(knowing.chapters(fresh(), None))
+    changing.commit(fresh(), changing.revert(fresh(), learned.origin.revision))
+    assert not fresh().kg.find("chives")
+    changing.commit(fresh(), changing.revert(fresh(), "HEAD"))
+    assert fresh().facts == before
+
+
+def test_a_revert_names_the_plans_that_are_judged_otherwise(fresh: Fresh) -> None:
+    proposal = changing.revert_answer(fresh(), answer_about(fresh(), "there is chives"))
+    assert changing.verdicts(fresh(), proposal.delta) == [("omelette", "goal met", "findings")]
+    leek = changing.retract(fresh(), "leek")
+    assert changing.verdicts(fresh(), leek.delta) == []
+
+
+@pytest.mark.parametrize("revision", ["HEAD~2", "nothing", "0000000"])
+def test_what_cannot_be_reverted_is_refused(fresh: Fresh, revision: str) -> None:
+    with pytest.raises(KnowledgeError):
+        changing.revert(fresh(), revision)
+    with pytest.raises(KnowledgeError, match="no answer"):
+        changing.revert_answer(fresh(), f"{revision}.1")
+
+
+def test_a_thing_with_others_in_it_is_retracted_with_their_places(fresh: Fresh) -> None:
+    home = fresh()
+    changing.commit(home, changing.retract(home, "fridge"))
+    now = fresh()
+    gone = home.facts - now.facts
+    assert not now.kg.find("fridge") and now.kg.find("leek")
+    assert {t[0] for t in gone if str(t[2]) == f"{EX}fridge"} and "leek: place fridge" in {
+        home.words.sentence(t) for t in gone
+    }
+
+
+def test_an_absence_is_lifted_by_retracting_it(fresh: Fresh) -> None:
+    update = 'INSERT DATA { ab:kitchen ab:absentItem "saffron" }'
+    changing.commit(fresh(), querying.update(fresh(), update))
+    proposal = changing.retract(fresh(), "saffron")
+    assert proposal.subject == "retract: saffron is not here"
+    [triple] = proposal.delta.removed
+    changing.commit(fresh(), proposal)
+    assert triple not in fresh().facts
+
+
+def test_another_name_is_retracted_and_its_thing_stays(fresh: Fresh) -> None:
+    changing.commit(fresh(), querying.update(fresh(), 'INSERT DATA { ex:leek ab:alias "poro" }'))
+    changing.commit(fresh(), changing.retract(fresh(), "poro"))
+    assert fresh().kg.find("leek") and not fresh().kg.find("poro")
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        (("nothing at all",), "nothing is called"),
+        (("leek", "colour"), "nothing says of leek"),
+        (("leek", "place", "moon"), "nothing says of leek"),
+        (("leek", "name"), "without a name"),
+        (("fry",), "actions.ttl"),
+    ],
+)
+def test_what_is_not_known_cannot_be_retracted(
+    fresh: Fresh, said: tuple[str, ...], told: str
+) -> None:
+    with pytest.raises(UsageError, match=told):
+        changing.retract(fresh(), *said)
+
+
+def test_a_patch_does_what_the_difference_tells(fresh: Fresh, taught: Home) -> None:
+    changes, before, after, _ = knowing.differences(fresh(), "HEAD~1", "HEAD")
+    assert (before, after) == ("HEAD~1", "HEAD")
+    shown = taught.adaptbot("kg", "diff", "HEAD~1", "HEAD", "--patch")
+    old = fresh()
+    changing.commit(old, changing.revert(old, "HEAD"))
+    changing.commit(fresh(), querying.update(fresh(), shown.out))
+    assert fresh().facts == old.facts and len(changes.delta.added) == 8
+
+
+def test_hand_edits_are_told_and_committed_if_they_fit(fresh: Fresh) -> None:
+    assert changing.commit_edits(fresh(), "nothing") is None
+    edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled 7")
+    told = standing.status(fresh())
+    assert list(told.edited) == ["state.ttl"] and len(told.faults) == 1
+    with pytest.raises(KnowledgeError, match="egg: .*IsBoiled.* must be a boolean"):
+        changing.commit_edits(fresh(), "wrong")
+    [fault] = validating.validate(fresh().workspace, "kitchen")
+    assert fault.file == "kg/kitchen/state.ttl" and "not committed" in fault.cause
+    edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled 7", "ex:egg ex:IsBoiled true")
+    assert changing.commit_edits(fresh(), "boiled") == fresh().needed().head()
+    assert not standing.status(fresh()).edited and not validating.validate(
+        fresh().workspace, "kitchen"
+    )
+
+
+def test_edits_that_are_no_turtle_are_told_with_their_line(taught: Home, fresh: Fresh) -> None:
+    edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled ?")
+    root = str(fresh().workspace.root)
+    ended: dict[str, Ended] = dict(
+        zip(
+            ("status", "validate", "commit", "diff", "log"),
+            taught.adaptbots(
+                [
+                    ["kg", "status", "--workspace", root],
+                    ["kg", "validate", "--workspace", root],
+                    ["kg", "commit", "-m", "x", "--workspace", root],
+                    ["kg", "diff", "--workspace", root],
+                    ["kg", "log", "--workspace", root],
+                ]
+            ),
+            strict=True,
+        )
+    )
+    codes = {name: end.code for name, end in ended.items()}
+    assert codes == {"status": 0, "validate": 3, "commit": 4, "diff": 4, "log": 4}
+    for end in ended.values():
+        assert "state.ttl, line" in end.said and "Traceback" not in end.err
+
+
+def test_the_commands_agree_with_json(taught: Home) -> None:
+    commands = [
+        ["kg", "status", "--json"],
+        ["kg", "validate", "--json"],
+        ["kg", "diff", "--json"],
+        ["kg", "why", "chives", "--json"],
+        ["kg", "query", "SELECT ?x { ?x ex:obj_name 'leek' }", "--json"],
+        ["kg", "query", "ASK { ex:leek a ex:object }", "--json"],
+        ["kg", "query", "CONSTRUCT WHERE { ex:leek ex:obj_name ?x }", "--json"],
+        ["kg", "show", "fry", "--json"],
+        ["kg", "show", "french toast", "--json"],
+        ["kg", "show", "--tasks", "--json"],
+        ["kg", "retract", "leek", "--dry-run", "--json"],
+    ]
+    ended = [end.json() for end in taught.adaptbots(commands)]
+    status, faults, diff, why, select, ask, graph, action, task, tasks, retract = ended
+    assert status["revision"] and status["edited"] == [] and faults == []
+    assert diff["things"][0]["name"] == "leek" and diff["added"] == 8
+    assert {fact["origin"]["source"] for fact in why["facts"]} == {"answer"}
+    assert select["results"]["bindings"] == [{"x": {"type": "uri", "value": f"{EX}leek"}}]
+    assert ask["boolean"] is True and graph[0]["@id"] == f"{EX}leek"
+    assert action["action"] == "fry" and action["requires"] and action["changes"]["adds"]
+    assert "egg" in task["needs"] and len(tasks) > 40
+    assert retract["revision"] is None and retract["removed"] == 8 and retract["plans"] == []
+
+
+REFUSED = {
+    "update": (["query", "INSERT DATA { ex:egg ex:sliced true }"], "--update"),
+    "service": (["query", "SELECT * { SERVICE <http://localhost:1/> { ?s ?p ?o } }"], "network"),
+    "load": (["query", "LOAD <file:///etc/passwd>", "--update"], "network"),
+    "no query": (["query", "SELECT"], "no valid SPARQL"),
+    "a graph": (
+        ["query", "INSERT DATA { GRAPH ab:state { ex:egg ex:sliced true } }", "--update"],
+        "without GRAPH",
+    ),
+    "unasked": (["retract", "leek"], "--yes"),
+    "unanswered": (["add", "saffron"], "--answers"),
+    "no message": (["commit"], "say what was edited"),
+    "both": (["revert", "HEAD", "--answer", "x"], "say what to undo"),
+    "unfit": (
+        ["query", "INSERT DATA { ex:egg ex:obj_location ex:onion }", "--update", "--yes"],
+        "must be a receptacle, onion is not",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_meant_changes_nothing(taught: Home, name: str) -> None:
+    arguments, told = REFUSED[name]
+    before = taught.subjects()
+    [ended] = taught.adaptbots([["kg", *arguments]])
+    assert ended.code in (2, 4) and told in ended.said and "Traceback" not in ended.err
+    assert taught.subjects() == before
+
+
+def test_an_answer_that_does_not_fit_loses_no_other(taught: Home, fresh: Fresh) -> None:
+    answers = Path(taught.write("odd.yaml", LEEK.replace("leek", "kale").replace("no,", "maybe,")))
+    with pytest.raises(UsageError, match="maybe"):
+        teaching.teach(fresh(), "kale", answers, None)
+    assert not fresh().kg.find("kale")
+
+
+def test_an_export_is_the_same_whenever_it_is_made(taught: Home) -> None:
+    for form in ("json-ld", "xml"):
+        command = ["kg", "export", "--format", form]
+        one, two = [taught.adaptbot(*command, PYTHONHASHSEED=seed) for seed in ("1", "7")]
+        assert one.code == 0 and one.out and one.out == two.out
+    parts = [
+        taught.adaptbot("kg", "export", "--graph", part, "--format", "nt").out.splitlines()
+        for part in ("attribute", "state", "merged")
+    ]
+    assert sorted(parts[0] + parts[1]) == parts[2]
