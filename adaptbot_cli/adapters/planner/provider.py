@@ -12,7 +12,7 @@ from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
 from adaptbot_cli.errors import ModelError
 
 _LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
-_FREE = ("ollama/", "ollama_chat/", "local")
+_FREE = ("ollama/", "ollama_chat/", "local/")
 _NO_KEY = "none"
 """What is sent to a server of one's own where no key is set: the OpenAI client insists on one."""
 

@@ -1,17 +1,22 @@
 """Which model plans, in the order of the design, and why."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from adaptbot_cli.adapters.planner.choice import Chosen, choose
+from adaptbot_cli.adapters.planner.local import found
 from adaptbot_cli.adapters.planner.servers import ollama
 from adaptbot_cli.errors import UsageError
+from tests.board import on_board
 from tests.loopback import serving
 
 NOBODY = {"OLLAMA_API_BASE": "http://127.0.0.1:9"}
 KEY = {"OPENAI_API_KEY": "x", **NOBODY}
 TOML = {"model": "gpt-4o"}
+ON_BOARD = Chosen("local", "the model on board is installed, and no other is configured")
+LAST = ON_BOARD if found.installed() else Chosen(None, "no model is configured: see --model")
 
 
 @pytest.mark.parametrize(
@@ -22,7 +27,7 @@ TOML = {"model": "gpt-4o"}
         (None, {}, {**KEY, "ADAPTBOT_MODEL": "e"}, Chosen("e", "from ADAPTBOT_MODEL")),
         (None, {}, KEY, Chosen("gpt-4o-mini", "OPENAI_API_KEY is set")),
         ("library", TOML, KEY, Chosen(None, "from --model")),
-        (None, {}, NOBODY, Chosen(None, "no model is configured: see --model")),
+        (None, {}, NOBODY, LAST),
     ],
 )
 def test_what_is_said_comes_before_what_is_found(
@@ -43,6 +48,8 @@ HERE, THERE = "http://127.0.0.1:1/v1", "http://127.0.0.1:2/v1"
         ("x", HERE, {}, {}, "openai/x", HERE),
         ("anthropic/x", None, {"api_base": THERE}, {}, "anthropic/x", None),
         ("anthropic/x", HERE, {}, {}, "anthropic/x", HERE),
+        ("local", None, {"api_base": THERE}, {"OPENAI_API_BASE": HERE}, "local", None),
+        ("local:m.gguf", HERE, {"api_base": THERE}, {}, "local:m.gguf", None),
     ],
 )
 def test_an_address_belongs_to_a_server_of_ones_own(
@@ -96,6 +103,15 @@ def test_ollama_plans_with_its_biggest_model_that_this_machine_bears(
 
 def test_ollama_without_a_model_that_plans_is_passed_over() -> None:
     with serving(models=("nomic-embed-text",)) as at:
-        assert choose(None, {}, {"OLLAMA_API_BASE": at.root}).model is None
+        assert choose(None, {}, {"OLLAMA_API_BASE": at.root}) == LAST
     with serving(models=()) as at:
-        assert choose(None, {}, {"OLLAMA_API_BASE": at.root}).model is None
+        assert choose(None, {}, {"OLLAMA_API_BASE": at.root}) == LAST
+
+
+def test_the_model_on_board_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    on_board(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert choose(None, {}, NOBODY) == ON_BOARD
+    assert choose(None, {}, KEY).model == "gpt-4o-mini"
+    with serving(models=("qwen",)) as at:
+        assert choose(None, {}, {"OLLAMA_API_BASE": at.root}).model == "ollama_chat/qwen"

@@ -1,0 +1,1 @@
+"""The model on board: a small language model that runs in a process of its own on this machine."""
