@@ -242,15 +242,18 @@ BREAKS = {
     ),
     "two places at once": (
         ("state.ttl", "ex:book ex:lies_in ex:shelf", "ex:book ex:lies_in ex:shelf, ex:bench"),
-        ["state.ttl, entry book: lies_in has 2 values: "],
+        ["state.ttl, entry book: place (lies_in) has 2 values: "],
     ),
     "a place that is not there": (
         ("state.ttl", "ex:book ex:lies_in ex:shelf", "ex:book ex:lies_in ex:shelve"),
-        ["state.ttl, entry book: lies_in is ", "shelve, which is nothing known; the nearest there"],
+        [
+            "state.ttl, entry book: place (lies_in) is ",
+            "shelve, which is nothing known; the nearest there",
+        ],
     ),
     "a place that is none": (
         ("state.ttl", "ex:book ex:lies_in ex:shelf", "ex:book ex:lies_in ex:vase"),
-        ["state.ttl, entry book: lies_in must be a place, vase is not; name a place"],
+        ["state.ttl, entry book: place (lies_in) must be a place, vase is not; name a place"],
     ),
     "a fact in the other file": (
         ("attributes.ttl", "ex:is_fragile true", "ex:is_fragile true ; ex:lies_in ex:crate"),
