@@ -342,3 +342,12 @@ def test_a_run_with_the_library_goes_on_with_the_library(home: Home) -> None:
         ended = home.adaptbot("resume", ADAPTBOT_MODEL="openai/planner", OPENAI_API_BASE=at.url)
         assert at.asked == []
     assert ended.code == 0 and "plan library" in ended.out
+
+
+def test_a_file_agrees_to_a_change_of_the_plan(home: Home) -> None:
+    plan = 'pick_up_rec("glass")\nput_down_rec("glass", "countertop")\npick_up_obj("water")\n'
+    told = home.write("told.yaml", "lime water: {mend: yes}\n")
+    with serving(says(f'{plan}pour_contents("water", "glass")\nstir_contents("glass")\n')) as at:
+        asked = ("--replans", "0", "--requires", "lime,water", "--answers", told)
+        ended = home.adaptbot("run", "lime water", *live(at, *asked))
+    assert ended.code == 0 and "was not asked for" not in ended.said
