@@ -70,8 +70,8 @@ class AnswersHuman:
             return LATER
         given = _meant(question, value)
         if given is None:
-            what = question.prop or question.kind
-            raise self._unfit(question, f'"{value}" is no answer for {what}', "there is")
+            problem = f'"{value}" is no answer for {_prop(question)}'
+            raise self._unfit(question, problem, "there is")
         return Answer(given, self.by)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
@@ -122,8 +122,9 @@ def _told(question: Question, told: dict[str, Any]) -> object:
 
 def _prop(question: Question) -> str:
     """The key of a question: its property, else its kind. Which of two facts stands is told by its
-    kind, as its property has been told before."""
-    return question.kind if question.kind == "contradiction" else question.prop or question.kind
+    kind, as its property has been told before; so is whether a plan is changed as offered."""
+    by_kind = question.kind in ("contradiction", "mend")
+    return question.kind if by_kind else question.prop or question.kind
 
 
 def _listed(question: Question) -> str:

@@ -34,18 +34,23 @@ def resume(
     domain = domain_name(_text(header, "domain") or None, home)
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
-    model = _text(header, "model") or None
-    chosen = opened(screen, home, _text(header, "task"), domain, model)
+    model, base = _text(header, "model") or None, _text(header, "api_base") or None
+    chosen = opened(screen, home, _text(header, "task"), domain, model, base)
     request = session.Request(
         task=_text(header, "task"),
         domain=domain,
-        model=model,
         chosen=chosen,
         policy=header.get("policy", "tutor"),
         replans=header.get("replans", 3),
         requires=tuple(header.get("requires") or ()),
         apply=header.get("apply") is True,
+        timeout=header.get("timeout"),
+        max_tokens=header.get("max_tokens"),
+        max_cost=header.get("max_cost"),
+        temperature=header.get("temperature", 0.0),
+        seed=header.get("seed", 0),
         full=header.get("full") is True,
+        edit=header.get("edit") is True,
         resumes=path,
     )
     return pursue(request, home, json)

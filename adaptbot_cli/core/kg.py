@@ -232,7 +232,8 @@ class Kg:
         """Return what an effect would change now, without changing it."""
         if effect is None:
             return Delta()
-        key = self._asked(effect.select, bindings)
+        # Two effects may find the same things and change them otherwise: the SELECT is not enough.
+        key = self._asked(effect.update, bindings)
         if key not in self._changes:
             self._changes[key] = self._change(effect, bindings)
         return self._changes[key]

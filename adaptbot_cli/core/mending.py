@@ -5,13 +5,13 @@ from dataclasses import replace
 from typing import Any
 
 from adaptbot_cli.core.amending import amended, unsolved
-from adaptbot_cli.core.dialogue import ask_about
+from adaptbot_cli.core.dialogue import ask, ask_about
 from adaptbot_cli.core.learning import attribute_question
 from adaptbot_cli.core.mend import Mended, mended
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import EDIT, LATER, NO, STOP, YES, Answer, Choice, Question
 from adaptbot_cli.core.report import Report
-from adaptbot_cli.core.run import Run, look_at
+from adaptbot_cli.core.run import Run, as_edited, look_at
 from adaptbot_cli.core.turns import Ask, Turn
 
 _CHOICES = (
@@ -22,9 +22,10 @@ _CHOICES = (
 
 
 def mend(run: Run, report: Report) -> Generator[Turn, Any, Report]:
-    """Offer, once, the changes that bring a plan nearer to its goal; make them if agreed to.
+    """Offer the changes that bring a plan nearer to its goal, each once; make them if agreed to.
 
-    What they need and nobody has said is asked first. The paper's policy offers nothing.
+    What they need and nobody has said is asked first, and so is what an edit instead of them brings
+    up. The paper's policy offers nothing.
     """
     if run.policy == "paper" or run.stopped or not unsolved(run, report):
         return report
@@ -55,6 +56,7 @@ def _offer(run: Run, report: Report, offered: Mended) -> Generator[Turn, Any, Re
         "mend",
         normal(run.task.name),
         f"Shall I change the plan like this? {then}",
+        offered.text,  # who agreed to one plan has not agreed to another
         choices=_CHOICES,
         notes=offered.changes,
     )
@@ -62,10 +64,13 @@ def _offer(run: Run, report: Report, offered: Mended) -> Generator[Turn, Any, Re
         return report
     answer: Answer = yield Ask(replace(question, answered=tuple(run.asked.values())))
     if answer.value == EDIT:
-        return (yield from amended(run, report, "asked"))
+        edited = yield from amended(run, report, "asked")
+        return report if edited is report else (yield from ask(run, edited))
     if answer.value == STOP.value:
         run.stopped, answer = True, LATER
     run.asked[question.key] = (question, answer)
     if answer.value != LATER.value:
         run.usage = replace(run.usage, questions=run.usage.questions + 1)
-    return (yield from look_at(run, offered.text)) if answer.value == YES else report
+    if answer.value != YES:
+        return report
+    return (yield from look_at(run, as_edited(run, offered.text)))

@@ -42,7 +42,8 @@ class Follows:
 class Question:
     """A question to the person.
 
-    `about` is the name asked about; `prop` the predicate's short name where one is asked for;
+    `about` is the name asked about; `prop` the predicate's short name where one is asked for, the
+    plan's new text where a "mend" is offered;
     `choices` the answers offered; `known` the names to pick from if it is another name for one of
     them, nearest first, `near` those of them that are near enough to tell; `context` the step that
     raised it; `notes` lines to read before it; `label` the property in a word; `number` how a

@@ -68,7 +68,11 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
         completion_tokens=used.completion_tokens + proposal.completion_tokens,
         cost_usd=used.cost_usd if cost is None else (used.cost_usd or 0.0) + cost,
     )
-    text = proposal.text
+    return as_edited(run, proposal.text)
+
+
+def as_edited(run: Run, text: str) -> str:
+    """Return what the person has made of a plan's text."""
     while text in run.edits:
         text = run.edits[text]
     return text

@@ -76,7 +76,7 @@ class Session:
     replans: int
     keeper: "Keeper | None" = None
     recorder: "Recorder | None" = None
-    sampling: Mapping[str, float] = field(default_factory=dict)
+    asked: Mapping[str, Any] = field(default_factory=dict)
     transcript: Path | None = None
     unused: Callable[[], list[str]] = list
     edited: Sequence[str] = ()
@@ -133,8 +133,7 @@ def build(
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if chosen.model is None else request.replans
         session = Session(request, kg, task, nobody, planner.name, screen, replans)
-        if chosen.model is not None:
-            session.sampling = {"temperature": request.temperature, "seed": request.seed}
+        session.asked = _asked_model(request, chosen)
         session.unused = getattr(human, "unused", list)
         transcript = session.transcript = _transcript(request, workspace)
         store: Store = Nowhere()
@@ -279,16 +278,40 @@ def _header(session: Session) -> dict[str, Any]:
         "replans": session.replans,
         "requires": list(request.requires),
         "planner": session.planner,
-        **session.sampling,
+        **session.asked,
         **_options(request),
+    }
+
+
+def _asked_model(request: Request, chosen: "Chosen") -> dict[str, Any]:
+    """What a header tells of the model, so that a run can be gone on with as it began.
+
+    An address that could hold a password is not told.
+    """
+    from adaptbot_cli.adapters.planner.choice import LIBRARY
+
+    if chosen.model is None:
+        return {"model": LIBRARY}
+    base = chosen.api_base or ""
+    limits = {
+        "api_base": base if base and not {"@", "?"} & set(base) else None,
+        "timeout": request.timeout,
+        "max_tokens": request.max_tokens,
+        "max_cost": request.max_cost,
+    }
+    return {
+        "model": chosen.model,
+        "temperature": request.temperature,
+        "seed": request.seed,
+        **{name: value for name, value in limits.items() if value is not None},
     }
 
 
 def _options(request: Request) -> dict[str, Any]:
     """The options that a header tells where they are not as usual."""
     options = {
-        "model": request.model,
         "full": request.full,
+        "edit": request.edit,
         "apply": request.apply,
         "resumes": request.resumes.stem if request.resumes else None,
     }

@@ -304,3 +304,50 @@ def test_a_terminal_sees_the_answer_come_and_nothing_acts_on_it(home: Home) -> N
         process.close()
     assert process.exitstatus == 0
     assert "\x1b]0;" not in seen and "\u202e" not in seen
+
+
+def test_a_run_goes_on_with_the_model_and_the_limits_it_began_with(home: Home) -> None:
+    more = ("--no-human", "--seed", "7", "--temperature", "0.5", "--max-tokens", "4000")
+    with serving(says(TEA)) as at:
+        assert home.adaptbot("run", "make tea", *live(at, *more, "--timeout", "60")).code == 0
+        (path,) = (home.workspace / "transcripts").iterdir()
+        header, _, rest = path.read_text(encoding="utf-8").partition("---\nturn:")
+        assert rest
+        path.write_text(header, encoding="utf-8")  # killed before the model had answered
+        ended = home.adaptbot("resume")
+        first, second = (asked.body for asked in at.asked)
+    assert ended.code == 0 and "make tea · kitchen · openai/planner" in ended.out
+    assert first == second
+    old, new = ([*read(path)[0].items()] for path in sorted((path.parent).iterdir()))
+    assert dict(new) == {**dict(old), "graph": dict(new)["graph"], "resumes": path.stem}
+    assert dict(new)["max_tokens"] == 4000 and dict(new)["timeout"] == 60
+
+
+def test_an_address_with_a_password_is_not_in_the_transcript(home: Home) -> None:
+    with serving(says(TEA)) as at:
+        address = at.url.replace("://", "://me:planted-password@")
+        run = ("run", "make tea", "--no-human", "--model", "openai/planner", "--api-base", address)
+        assert home.adaptbot(*run).code == 0
+    (path,) = (home.workspace / "transcripts").iterdir()
+    text = path.read_text(encoding="utf-8")
+    assert "planted-password" not in text and "api_base" not in text
+
+
+def test_a_run_with_the_library_goes_on_with_the_library(home: Home) -> None:
+    assert home.adaptbot("run", "make tea", "--model", "library", "--no-human").code == 0
+    (path,) = (home.workspace / "transcripts").iterdir()
+    header, _, _ = path.read_text(encoding="utf-8").partition("---\nturn:")
+    path.write_text(header, encoding="utf-8")
+    with serving(says(PLAN)) as at:
+        ended = home.adaptbot("resume", ADAPTBOT_MODEL="openai/planner", OPENAI_API_BASE=at.url)
+        assert at.asked == []
+    assert ended.code == 0 and "plan library" in ended.out
+
+
+def test_a_file_agrees_to_a_change_of_the_plan(home: Home) -> None:
+    plan = 'pick_up_rec("glass")\nput_down_rec("glass", "countertop")\npick_up_obj("water")\n'
+    told = home.write("told.yaml", "lime water: {mend: yes}\n")
+    with serving(says(f'{plan}pour_contents("water", "glass")\nstir_contents("glass")\n')) as at:
+        asked = ("--replans", "0", "--requires", "lime,water", "--answers", told)
+        ended = home.adaptbot("run", "lime water", *live(at, *asked))
+    assert ended.code == 0 and "was not asked for" not in ended.said

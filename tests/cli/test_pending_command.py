@@ -6,6 +6,7 @@ from adaptbot_cli.adapters.terminal.editing import Names
 from adaptbot_cli.adapters.transcript import left_over
 from tests.cli.attended import CTRL_C, tty
 from tests.cli.command import Home
+from tests.loopback import says, serving
 from tests.worlds import workshop
 
 CHIVES = 'I do not know "chives"'
@@ -123,3 +124,15 @@ def test_names_are_completed_where_they_can_stand() -> None:
     assert completed("drill") == ["drill_hole"]
     assert completed('drill_hole("boa') == ['drill_hole("board']
     assert "put(board, cupboard" in completed("put(board, cup")
+
+
+def test_a_run_that_only_an_offer_to_change_the_plan_was_put_off_in_waits_for_nothing(
+    home: Home,
+) -> None:
+    plan = 'pick_up_rec("glass")\nput_down_rec("glass", "countertop")\npick_up_obj("water")\n'
+    with serving(says(f'{plan}pour_contents("water", "glass")\nstir_contents("glass")\n')) as at:
+        model = ("--model", "openai/planner", "--api-base", at.url, "--replans", "0")
+        run = home.adaptbot("run", "lime water", *model, "--requires", "lime,water", "--no-human")
+    (path,) = (home.workspace / "transcripts").glob("*.yaml")
+    assert run.code == 3 and "kind: mend" in path.read_text(encoding="utf-8")
+    assert "kitchen (1)" not in home.adaptbot("pending", "--domain", "household").said

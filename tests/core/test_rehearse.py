@@ -7,9 +7,10 @@ import time
 from pathlib import Path
 
 import pytest
-from rdflib import Literal, URIRef
+from rdflib import Literal, URIRef, Variable
 
 from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.domain import Effect
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
@@ -326,3 +327,14 @@ def test_execution_tells_which_goals_are_not_met() -> None:
     assert messages(outcome.unmet) == ["plank does not end on the bench"]
     assert outcome.missing == ("plank",)
     assert len(outcome.deltas) == len(report.steps)
+
+
+def test_effects_that_find_the_same_and_change_it_otherwise_are_told_apart() -> None:
+    kg = workshop()
+    board, said = URIRef(f"{W}board"), {}
+    for value in (True, False):
+        fact = (Variable("it"), URIRef(f"{W}dry"), Literal(value))
+        effect = Effect(f"INSERT {{ ?it w:dry {value} }}", "SELECT ?it WHERE {}", (), (fact,))
+        said[value] = kg.delta(effect, {"it": board}).added
+    assert {fact[2].toPython() for added in said.values() for fact in added} == {True}
+    assert not said[False]  # the board is not dry: nothing changes

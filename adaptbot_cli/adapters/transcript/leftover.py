@@ -75,7 +75,9 @@ def _unknown(turns: list[Document]) -> Iterator[Key]:
 
 
 def _put_off(turn: Document) -> bool:
-    return turn["turn"] == "ask" and turn.get("answer") in (LATER.value, "stop")
+    """Whether a question was put off that knowledge answers, not one about the plan alone."""
+    asked = turn["turn"] == "ask" and turn.get("kind") != "mend"
+    return asked and turn.get("answer") in (LATER.value, "stop")
 
 
 def _ended(path: Path) -> bool:

@@ -12,7 +12,7 @@ from adaptbot_cli.adapters.transcript.documents import (
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import LATER, STOP, Answer, Key, Question, Reviewed, fits
+from adaptbot_cli.core.questions import LATER, STOP, YES, Answer, Key, Question, Reviewed, fits
 from adaptbot_cli.core.turns import Amend, Editor, Human, Planner, Proposal, Propose, Volunteer
 
 Prompt = tuple[int, tuple[str, ...]]
@@ -59,6 +59,8 @@ class Memory:
             self._reopen(key_of(document.get("to")))
         elif key is not None and value not in (LATER.value, STOP.value):
             self.answers[key] = _answer(value, document)
+            if key[0] == "mend" and value == YES and key[2]:
+                self.proposed = key[2]
 
     def _take_offer(self, document: Document) -> None:
         about = str(document.get("about", ""))

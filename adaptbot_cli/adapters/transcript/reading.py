@@ -15,6 +15,10 @@ def _count(value: Any) -> bool:
     return type(value) is int and value >= 0
 
 
+def _amount(value: Any) -> bool:
+    return type(value) in (int, float)
+
+
 def _names(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(name, str) for name in value)
 
@@ -30,7 +34,14 @@ _FORMS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "reply": ("a text", lambda value: isinstance(value, str)),
     "calls": ("a number", _count),
     "tokens": ("two numbers, `prompt:` and `completion:`", _counts),
-    "cost_usd": ("an amount", lambda value: type(value) in (int, float)),
+    "cost_usd": ("an amount", _amount),
+    "model": ("a name", lambda value: isinstance(value, str)),
+    "api_base": ("an address", lambda value: isinstance(value, str)),
+    "temperature": ("a number", _amount),
+    "seed": ("a whole number", lambda value: type(value) is int),
+    "timeout": ("seconds", _amount),
+    "max_tokens": ("a number", _count),
+    "max_cost": ("an amount", _amount),
 }
 """What some keys hold, wherever they stand."""
 
