@@ -1,6 +1,6 @@
 """How long commands take to start, against an empty Typer application with Rich help.
 
-    pytest tests/bench/bench_startup.py tests/bench/bench_check.py --benchmark-disable-gc
+    pytest -n 0 tests/bench/bench_startup.py tests/bench/bench_check.py --benchmark-disable-gc
 
 The ratios are of one run on one machine; nothing is asserted of them.
 """

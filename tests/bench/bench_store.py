@@ -1,6 +1,6 @@
 """How long the store takes on homes of 1,000, 10,000 and 100,000 things.
 
-    pytest tests/bench/bench_store.py --benchmark-disable-gc
+    pytest -n 0 tests/bench/bench_store.py --benchmark-disable-gc
 
 Loading and writing are compared with the engine's own (pyoxigraph) and with rdflib's parser and
 serializer; a check with the one at the smallest size. rdflib is left out at the largest size, where
