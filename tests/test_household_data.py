@@ -240,3 +240,12 @@ def test_the_robots_room_follows_it(home: Workspace) -> None:
         [o for _, p, o in delta.added if p == EX.agent_location] for delta in result.outcome.deltas
     ]
     assert rooms == [[EX.kitchen], [EX.bedroom], [EX.washroom], [EX.living_room]]
+
+
+@pytest.mark.parametrize("asked", ["water the orchid", "water the plant and the orchid"])
+def test_what_a_request_names_and_the_home_does_not_know_is_required(
+    asked: str, home: Workspace
+) -> None:
+    result = checked('move("orchid")\nclean("plate")', asked, home)
+    assert not result.goal_met
+    assert "orchid" in result.report.missing

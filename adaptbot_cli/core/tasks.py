@@ -38,7 +38,8 @@ def modifiers(text: str, kg: Kg) -> tuple[str, ...]:
     """Return the words of a request that say what goes into it, rather than what it is.
 
     In English the last word before "with" is the thing made, unless the first is what is done to
-    it: "cheese sandwich" is made of cheese, "fry the egg" of egg.
+    it: "cheese sandwich" is made of cheese, "fry the egg" of egg. Where a domain makes nothing, the
+    last word names a thing as well: "water the orchid".
     """
     parts = affirmed(text)
     cut = parts.index("with") if "with" in parts else len(parts)
@@ -47,7 +48,7 @@ def modifiers(text: str, kg: Kg) -> tuple[str, ...]:
     scene = Scene(kg, Task(text))
     if len(before) > 1 and resolve.action(before[0], scene).action is not None:
         return (*before[1:], *after)
-    return (*before[:-1], *after)
+    return (*(before[:-1] if kg.domain.products else before), *after)
 
 
 def _told(text: str, kg: Kg) -> tuple[str, ...]:
