@@ -106,7 +106,7 @@ def _kinds_of_new_places(scene: Scene, asked: Asked) -> Iterable[Question]:
     for question, answer in asked.values():
         kinds = kinds_of_place(question.prop, scene) if answer.new else []
         if len(kinds) > 1 and not scene.kg.find(answer.new):
-            yield _what_is(normal(answer.new), kinds, question.text)
+            yield what_is(normal(answer.new), kinds, question.text)
 
 
 def kinds_of_place(prop: str, scene: Scene) -> list[Kind]:
@@ -220,7 +220,7 @@ def _kind_question(finding: Finding, report: Report, scene: Scene, asked: Asked)
     if finding.code != "E201" or said is None or said[1].value != EXISTS:
         return None
     kinds = possible_kinds(name, report, scene)
-    question = _what_is(name, kinds, _source(finding, report))
+    question = what_is(name, kinds, _source(finding, report))
     return None if question.key in asked else question
 
 
@@ -243,7 +243,8 @@ def unknown_action(name: str, report: Report) -> acting.Unknown:
     return acting.Unknown(name, step.call, near, step.source or step.call.render())
 
 
-def _what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:
+def what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:
+    """Return the question what kind of thing something is."""
     choices = tuple(Choice(local(kind.iri), kind.label, kind.comment) for kind in kinds)
     text = f"What is {name.replace('_', ' ')}?"
     return Question("kind", name, text, choices=choices, context=context)

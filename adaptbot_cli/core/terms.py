@@ -54,3 +54,7 @@ def node_of(term: object) -> Node:
             return Literal(term.value, lang=term.language)
         return Literal(term.value, datatype=URIRef(term.datatype.value))
     raise ValueError(f"{term} is no IRI, blank node or literal")
+
+
+ACTION_PARTS = frozenset({AB.parameter, AB.requires, AB.calledAs})
+"""What leads from a taught action to its parts, which are nodes with names."""

@@ -8,7 +8,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Start
-from adaptbot_cli.core.terms import AB, FACT_TERMS, TRUE, Triple
+from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, TRUE, Triple
 
 
 @dataclass(slots=True)
@@ -40,7 +40,7 @@ def following(taken: Iterable[Triple], known: Known) -> frozenset[Triple]:
 
     From a thing's kind follows everything about it and whatever names it: attributes, other names,
     its place, and the places of what is in it. From an attribute follow the states that it brings
-    (`ab:starts … ab:when`). From an action's parameter follows what describes that parameter.
+    (`ab:starts … ab:when`). From a part of an action follows what describes it.
     """
     gone: set[Triple] = set()
     open_ = [triple for triple in taken if triple in known.facts]
@@ -59,8 +59,10 @@ def _following(triple: Triple, gone: set[Triple], known: Known) -> set[Triple]:
         if known.about(subject, RDF.type) - gone:
             return set()  # it has another kind still
         return known.about(subject) | known.naming(subject)
-    if predicate == AB.parameter:
+    if predicate in ACTION_PARTS:
         return known.about(value)
+    if predicate == AB.alias:  # the name of a part, which is nothing without it
+        return {t for t in known.naming(subject) if t[1] == AB.calledAs}
     if value == TRUE:
         states = {start.prop for start in _brought(subject, predicate, known)}
         return {found for prop in states for found in known.about(subject, prop)}

@@ -136,7 +136,8 @@ def retract(home: Home, name: str, prop: str = "", value: str = "") -> Proposal:
         return Proposal(Delta(removed=gone), f"retract: {told}", trailers)
     for taken, told in (_absence(home, name), _alias(home, name)):
         if taken:
-            return Proposal(Delta(removed=frozenset(taken)), f"retract: {told}", trailers)
+            gone = following(taken, known)
+            return Proposal(Delta(removed=gone), f"retract: {told}", trailers)
     thing = _thing(home, name)
     gone = following({t for t in home.facts if t[0] == thing}, known)
     gone |= {t for t in home.facts if t[2] == thing}

@@ -183,7 +183,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     from adaptbot_cli.adapters.store.blame import PACK, UNCOMMITTED, history, origins
 
     wanted = known_as(home, name)
-    facts = {t for t in home.facts if t[0] in wanted} or _absences(home, name)
+    facts = {t for t in home.facts if t[0] in wanted} or _told_of(home, name)
     if not facts and not wanted:
         for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
             if known_as(home, name[:cut]):
@@ -209,13 +209,16 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     return Why(name, found, past)
 
 
-def _absences(home: Home, name: str) -> set[Triple]:
-    """The facts by which a name was said to be not here, or not possible."""
+def _told_of(home: Home, name: str) -> set[Triple]:
+    """The facts by which a name was said to be not here, not possible, or an action's with an
+    argument that is always the same."""
     from adaptbot_cli.core.names import normal
     from adaptbot_cli.core.terms import AB
 
-    absent = {AB.absentItem, AB.absentAction}
-    return {t for t in home.facts if t[1] in absent and str(t[2]) == normal(name)}
+    predicates = {AB.absentItem, AB.absentAction, AB.alias}
+    found = {t for t in home.facts if t[1] in predicates and str(t[2]) == normal(name)}
+    parts = {t[0] for t in found if t[1] == AB.alias}
+    return found | {t for t in home.facts if t[0] in parts or t[2] in parts}
 
 
 def called(prop: str, predicate: "Node", words: Words) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli.core.adding import teach_thing
 from adaptbot_cli.core.learning import Lesson, is_absent
 from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.questions import STOP
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
 from adaptbot_cli.session.building import person
@@ -39,6 +40,7 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         KnowledgeError: what was taught cannot be kept.
         Interrupted: the person pressed Ctrl-C; the message names the file with the answers.
     """
+    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.session.driving import Ports
 
     if not normal(name):
@@ -49,8 +51,8 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         )
     store = keeper(home)
     nobody: Any = None
-    ports = Ports(nobody, _human(answers, prompts), nobody, nobody, store)
-    given: dict[str, str] = {}
+    ports = Ports(nobody, _human(answers, prompts), nobody, WordNet(), store)
+    given: dict[str, dict[str, str]] = {}
     try:
         return _drive(name, home, ports, given)
     except (KeyboardInterrupt, KnowledgeError) as stopped:
@@ -75,8 +77,10 @@ def _human(answers: Path | None, prompts: "Console | None") -> Human:
     return TerminalHuman(prompts, person(), lambda: datetime.now(UTC).isoformat(timespec="seconds"))
 
 
-def _drive(name: str, home: Home, ports: Any, given: dict[str, str]) -> Added:
-    turns = teach_thing(name, home.kg)
+def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) -> Added:
+    from adaptbot_cli.core.parsing import parse
+
+    turns = teach_thing(name, home.kg, parse)
     reply: Any = None
     while True:
         try:
@@ -84,11 +88,12 @@ def _drive(name: str, home: Home, ports: Any, given: dict[str, str]) -> Added:
         except StopIteration as stop:
             return Added(*stop.value)
         reply = perform(turn, ports)
-        if isinstance(turn, Ask):
-            given[turn.question.prop or turn.question.kind] = reply.value
+        if isinstance(turn, Ask) and reply.value not in ("back", STOP.value):
+            question = turn.question
+            given.setdefault(question.about, {})[question.prop or question.kind] = reply.value
 
 
-def _save(home: Home, name: str, given: dict[str, str]) -> Path | None:
+def _save(home: Home, name: str, given: dict[str, dict[str, str]]) -> Path | None:
     """Write what was answered as a file of answers; None if that cannot be done either."""
     import yaml
 
@@ -97,7 +102,7 @@ def _save(home: Home, name: str, given: dict[str, str]) -> Path | None:
     path = home.workspace.transcripts / f"add-{safe_name(name)}.answers"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(yaml.safe_dump({name: given}, allow_unicode=True), encoding="utf-8")
+        path.write_text(yaml.safe_dump(given, allow_unicode=True), encoding="utf-8")
     except (OSError, ValueError):
         return None
     return path

@@ -351,3 +351,11 @@ def test_an_export_is_the_same_whenever_it_is_made(taught: Home) -> None:
         for part in ("attribute", "state", "merged")
     ]
     assert sorted(parts[0] + parts[1]) == parts[2]
+
+
+def test_a_new_thing_is_added_in_a_place_that_is_new_too(home: Home) -> None:
+    text = "leek: {kind: object, obj_location: new crate, IsLiquid: no}\n"
+    told = home.write("told.yaml", f"{text}crate: {{kind: imreceptacle}}\n")
+    ended = home.adaptbot("kg", "add", "leek", "--answers", told)
+    assert ended.code == 0 and "there is crate" in ended.out and "place crate" in ended.out
+    assert "+ leek obj_location crate" in [f for t in home.trailers().values() for f in t]

@@ -18,11 +18,9 @@ from adaptbot_cli.adapters.store.turtle import patch
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import Fault, new_faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import AB, FACT_TERMS, STATES, Triple
+from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple
 
 _ACTIONS = "actions.ttl"
-_ACTION_PARTS = frozenset({AB.parameter, AB.requires, AB.calledAs})
-"""What leads from a taught action to its parts, which are nodes with names."""
 
 
 @dataclass(slots=True)
@@ -109,4 +107,4 @@ def _parts(change: Delta) -> frozenset[Node]:
     """The actions that a change describes, and their parts."""
     facts = change.removed | change.added
     actions = {s for s, p, o in facts if p == RDF.type and o == AB.Action}
-    return frozenset(actions | {o for _, p, o in facts if p in _ACTION_PARTS})
+    return frozenset(actions | {o for _, p, o in facts if p in ACTION_PARTS})

@@ -13,7 +13,7 @@ from adaptbot_cli.adapters.store.git import Commit, Repo
 from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
 from adaptbot_cli.core.changes import Changes, Entry
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.terms import Triple, local, node_of
+from adaptbot_cli.core.terms import AB, Triple, local, node_of
 from adaptbot_cli.errors import KnowledgeError
 
 ALL_FILES = (*FACT_FILES, "actions.ttl", "tasks.ttl", "domain.ttl")
@@ -146,10 +146,10 @@ def read(data: bytes, name: str, path: str) -> Reading:
             continue
         deep = {t for t in about if isinstance(t.object, BlankNode)}
         whole = name in _OF_ENTRIES or (name == "actions.ttl" and deep)
-        if not whole:
-            facts |= set(about) - deep
+        taught = {t for t in about if t.predicate.value == str(AB.calledAs)} - deep
+        facts |= taught if whole else set(about) - deep
         if whole or deep:
-            told = about if whole else deep
+            told = set(about) - taught if whole else deep
             named = local(node_of(subject)) if name in _BY_IRI else _entry_name(subject, about)
             entries[named] = _described(told, by_subject, set())
     return Reading(frozenset(facts), entries)

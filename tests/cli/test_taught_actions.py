@@ -1,0 +1,79 @@
+"""What a taught action leaves in a home: kept, told where it is from, undone without a trace."""
+
+import pytest
+
+from tests.cli.command import Home
+from tests.modelserver import scripted_model
+
+PLAN = """\
+crisp_up("carrot", "pan", 5)
+activate("stove")
+put_down_obj("carrot", "bowl")
+put_down_rec("bowl", "table")
+"""
+ANSWERS = """\
+crisp_up: {existence: exists, like: none, changes: ["obj: fried"], requires: ["rec: for frying"]}
+activate: {existence: fixed, which: switch, part: state, state: "on"}
+"""
+ACTIONS = "kg/kitchen/actions.ttl"
+
+
+@pytest.fixture
+def taught(home: Home) -> Home:
+    """Return a home where an action and a name for one with a fixed argument were taught."""
+    told = home.write("told.yaml", ANSWERS)
+    with scripted_model(PLAN) as model:
+        run = ("run", "make a snack", "--replans", "0", "--answers", told)
+        assert home.adaptbot(*run, **model.environment()).code == 0
+    return home
+
+
+def undone(home: Home) -> bool:
+    """Tell whether nothing is left of what was taught, in any file."""
+    texts = [path.read_text(encoding="utf-8") for path in (home.workspace / "kg").rglob("*.ttl")]
+    return not any(word in text for text in texts for word in ("crisp_up", "activate"))
+
+
+def test_it_is_kept_whole(taught: Home) -> None:
+    assert taught.adaptbot("domain", "check", "kitchen").code == 0
+    assert taught.adaptbot("kg", "validate").code == 0
+    told = taught.adaptbot("check", taught.write("again", PLAN), "--json").json()
+    assert ["switch", "stove", "on"] in [step["call"] for step in told["steps"]]
+    assert told["findings"] == []
+    assert (taught.workspace / ACTIONS).read_text(encoding="utf-8").count("crisp_up_number") == 2
+
+
+@pytest.mark.parametrize("name", ["crisp_up", "activate"])
+def test_why_tells_the_answer(taught: Home, name: str) -> None:
+    told = taught.adaptbot("kg", "why", name)
+    assert told.code == 0 and "make a snack" in told.said
+
+
+def test_the_log_tells_the_answers_and_no_entry_besides(taught: Home) -> None:
+    told = taught.adaptbot("kg", "log", "-n", "1").said
+    assert "activate is switch with state on" in told and "switch changed" not in told
+
+
+def test_the_commit_is_undone_without_a_trace(taught: Home) -> None:
+    ended = taught.adaptbot("kg", "revert", "HEAD", "--yes")
+    assert ended.code == 0, ended.said
+    assert undone(taught)
+    assert taught.adaptbot("domain", "check", "kitchen").code == 0
+
+
+def test_one_answer_after_the_other_is_undone(taught: Home) -> None:
+    head = taught.adaptbot("kg", "log", "-n", "1").said.split()[0]
+    for n, gone, kept in ((2, "activate", "crisp_up"), (1, "crisp_up", "ab:calledAs")):
+        ended = taught.adaptbot("kg", "revert", "--answer", f"{head}.{n}", "--yes")
+        assert ended.code == 0, ended.said
+        text = (taught.workspace / ACTIONS).read_text(encoding="utf-8")
+        assert gone not in text and kept in text
+    assert undone(taught)
+
+
+@pytest.mark.parametrize("name", ["crisp_up", "activate"])
+def test_it_is_retracted_with_its_parts(taught: Home, name: str) -> None:
+    ended = taught.adaptbot("kg", "retract", name, "--yes")
+    assert ended.code == 0, ended.said
+    assert name not in (taught.workspace / ACTIONS).read_text(encoding="utf-8")
+    assert taught.adaptbot("domain", "check", "kitchen").code == 0
