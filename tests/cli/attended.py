@@ -25,7 +25,7 @@ class Tty:
 
     def waits(self, question: str) -> "Tty":
         """Wait until a question can be answered: a hint in parentheses stands on its line."""
-        self.process.expect(re.escape(question) + r"[^\r\n]*\([^\r\n]*")
+        self.process.expect(re.escape(question) + r"[^(]*\([^\r\n]*")
         self.screen += self.process.before + self.process.after
         return self
 

@@ -181,6 +181,7 @@ def test_a_run_that_cannot_be_executed(home: Home) -> None:
     script = (
         dump({"adaptbot": 1, "task": "odd dish", "domain": "kitchen", "replans": 0})
         + dump({"turn": "propose", "reply": plan})
+        + dump({"turn": "ask", "kind": "mend", "about": "odd_dish", "answer": "no"})
         + dump({"turn": "finished", "outcome": "findings"})
     )
     ended = home.adaptbot("progress", home.write("odd.yaml", script), "--json")

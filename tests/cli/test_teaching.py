@@ -73,13 +73,13 @@ def test_a_new_action_is_taught_kept_and_known_from_then_on(home: Home, domain: 
 
 
 def test_a_new_action_is_put_together_from_what_it_changes_and_requires(home: Home) -> None:
-    text = plan('sear("carrot", "pan")', *(line.format("carrot") for line in SERVED))
+    text = plan('glaze("carrot", "pan")', *(line.format("carrot") for line in SERVED))
     with (
         scripted_model(text) as model,
         tty(home, "run", SNACK, **model.environment()) as opened,
     ):
         opened.answers(
-            (HOW.format("sear"), "y"),
+            (HOW.format("glaze"), "y"),
             ("most like", f"none of{ENTER}"),
             ("What is different", f"carrot: fried{ENTER}"),
             ("What is different", ENTER),
