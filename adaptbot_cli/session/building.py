@@ -85,11 +85,19 @@ class Session:
 
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
+        from adaptbot_cli.adapters.planner.choice import LIBRARY
         from adaptbot_cli.core.parsing import parse
+        from adaptbot_cli.errors import ModelError
 
         request = self.request
         turns = pursue(self.task, self.kg, parse, request.policy, self.replans, request.full)
-        result = drive(turns, self.ports)
+        try:
+            result = drive(turns, self.ports)
+        except ModelError as error:
+            # The library has no plan the next time either: there is nothing to resume.
+            if self.recorder is not None and self.asked["model"] == LIBRARY:
+                self.recorder.planless(str(error))
+            raise
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
             self.state = self.keeper.apply(self.task.name, result.outcome.deltas)
