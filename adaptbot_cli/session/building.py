@@ -148,7 +148,7 @@ def build(
         if start is not None:
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
-            _tell_edits(console, session.edited)
+            _tell_edits(console, session.edited, kg)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
         if transcript is not None:
@@ -332,9 +332,15 @@ def _head(workspace: Workspace) -> str | None:
     return head(workspace.root)
 
 
-def _tell_edits(console: "Console", edited: Sequence[str]) -> None:
+def _tell_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
     if edited:
         from rich.text import Text
 
+        from adaptbot_cli.core.faults import faults
+        from adaptbot_cli.core.visible import visible
+
         told = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
         console.print(Text(told, "yellow"))
+        for fault in faults(kg)[:1]:
+            wrong = f"! {visible(str(fault))}; see adaptbot kg validate"
+            console.print(Text(wrong, "yellow"), soft_wrap=True)
