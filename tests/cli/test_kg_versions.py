@@ -372,3 +372,8 @@ def test_an_answer_is_reverted_by_its_id_alone(fresh: Fresh, taught: Home) -> No
     )
     assert ended[0].code == 0 and ended[0].out == ended[1].out
     assert ended[2].code == 4 and "no answer" in ended[2].err
+
+
+def test_the_log_names_no_planner_where_there_was_none(taught: Home) -> None:
+    told = taught.adaptbot("kg", "log", "leek").said
+    assert "add leek" in told and "· none" not in told
