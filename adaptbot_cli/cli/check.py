@@ -25,7 +25,7 @@ from adaptbot_cli.cli.run import exit_code
 def check(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="A file with a plan, or - for stdin.")
-    ],
+    ] = "",
     domain: DomainOption = None,
     kg: KgOption = None,
     requires: RequiresOption = None,
@@ -61,6 +61,8 @@ def read_plan(name: str) -> str:
     """Read a plan's text from a file or stdin; bytes that are no UTF-8 are shown as such."""
     from adaptbot_cli.errors import UsageError
 
+    if not name:
+        raise UsageError("say which plan to check: a file, or - to read it from stdin")
     if name == "-":
         if sys.stdin is None:
             raise UsageError("cannot read the plan from stdin: it is closed")

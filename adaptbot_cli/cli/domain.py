@@ -9,6 +9,7 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     WorkspaceOption,
     console,
+    domain_name,
     print_json,
     workspace,
 )
@@ -28,28 +29,33 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
     from rich.text import Text
 
     from adaptbot_cli import session
+    from adaptbot_cli.errors import KnowledgeError
 
     home = workspace(workspace_dir)
     rows = []
     for name in home.domains():
-        domain = session.load(home, name).domain
         where = "workspace" if home.has(name) else "bundled"
-        rows.append(
-            {
-                "name": name,
-                "about": domain.comment,
-                "where": where,
-                "actions": len(domain.actions),
-                "tasks": len(domain.tasks),
-            }
-        )
+        try:
+            domain = session.load(home, name).domain
+        except KnowledgeError:
+            about = f"cannot be read: see domain check {name}"
+            rows.append(_row(name, about, where, None, None))
+            continue
+        counts = len(domain.actions), len(domain.tasks)
+        rows.append(_row(name, domain.comment, where, *counts))
     if json:
         print_json(rows)
         return
     table = Table("domain", "about", "where", "actions", "tasks", box=None, header_style="bold")
     for row in rows:
-        table.add_row(*(Text(str(value)) for value in row.values()))
+        table.add_row(*(Text("" if value is None else str(value)) for value in row.values()))
     console().print(table)
+
+
+def _row(
+    name: str, about: str, where: str, actions: int | None, tasks: int | None
+) -> dict[str, str | int | None]:
+    return {"name": name, "about": about, "where": where, "actions": actions, "tasks": tasks}
 
 
 @app.command("new")
@@ -84,7 +90,9 @@ def new_domain(
 
 @app.command("check")
 def check_domain(
-    name: Annotated[str, typer.Argument(help="The domain to check.")],
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="The domain; else the configured one.")
+    ] = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -94,7 +102,9 @@ def check_domain(
     from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
 
-    kg, found = session.check_pack(workspace(workspace_dir), name)
+    home = workspace(workspace_dir)
+    name = domain_name(name, home)
+    kg, found = session.check_pack(home, name)
     if json:
         print_json({"domain": name, "faults": found})
         return FAULTS if found else 0

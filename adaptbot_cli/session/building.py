@@ -85,11 +85,19 @@ class Session:
 
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
+        from adaptbot_cli.adapters.planner.choice import LIBRARY
         from adaptbot_cli.core.parsing import parse
+        from adaptbot_cli.errors import ModelError
 
         request = self.request
         turns = pursue(self.task, self.kg, parse, request.policy, self.replans, request.full)
-        result = drive(turns, self.ports)
+        try:
+            result = drive(turns, self.ports)
+        except ModelError as error:
+            # The library has no plan the next time either: there is nothing to resume.
+            if self.recorder is not None and self.asked["model"] == LIBRARY:
+                self.recorder.planless(str(error))
+            raise
         self.revisions[1] = result.revision or self.revisions[0]
         if request.apply and self.keeper and result.outcome and result.verdict == "executable":
             self.state = self.keeper.apply(self.task.name, result.outcome.deltas)
@@ -140,7 +148,7 @@ def build(
         if start is not None:
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
-            _tell_edits(console, session.edited)
+            _tell_edits(console, session.edited, kg)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
         if transcript is not None:
@@ -324,9 +332,15 @@ def _head(workspace: Workspace) -> str | None:
     return head(workspace.root)
 
 
-def _tell_edits(console: "Console", edited: Sequence[str]) -> None:
+def _tell_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
     if edited:
         from rich.text import Text
 
+        from adaptbot_cli.core.faults import faults
+        from adaptbot_cli.core.visible import visible
+
         told = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
         console.print(Text(told, "yellow"))
+        for fault in faults(kg)[:1]:
+            wrong = f"! {visible(str(fault))}; see adaptbot kg validate"
+            console.print(Text(wrong, "yellow"), soft_wrap=True)

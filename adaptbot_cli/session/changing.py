@@ -1,5 +1,6 @@
 """Changes of a home's knowledge that somebody asks for: seen first, then committed."""
 
+import re
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -17,6 +18,8 @@ from adaptbot_cli.session.knowing import Home, called, known_as
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.keeper import Keeper
     from adaptbot_cli.core.kg import Kg
+
+_ANSWER = re.compile(r"[0-9a-f]{4,40}\.[0-9]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +115,11 @@ def revert(home: Home, revision: str) -> Proposal:
     return Proposal(delta, subject, (("Source", "revert"), ("Reverts", sha)), notes)
 
 
+def is_answer(name: str) -> bool:
+    """Tell whether a name is of an answer's form, such as `3fa2b1c.2`, and not of a commit's."""
+    return _ANSWER.fullmatch(name) is not None
+
+
 def revert_answer(home: Home, answer: str) -> Proposal:
     """Propose to undo what one answer taught. Raises KnowledgeError if there is none such."""
     from adaptbot_cli.adapters.store.blame import answered
@@ -189,8 +197,12 @@ def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
 
 
 def _thing(home: Home, name: str) -> object:
+    from rdflib import RDF
+
     found = known_as(home, name)
-    mine = [node for node in sorted(found, key=str) if any(t[0] == node for t in home.facts)]
+    # Of an action of the pack only what was taught of it besides is among the facts.
+    whole = {t[0] for t in home.facts if t[1] == RDF.type}
+    mine = [node for node in sorted(found, key=str) if node in whole]
     if not mine:
         if found:
             raise UsageError(f"{name} is described in actions.ttl; edit the file to take it back")

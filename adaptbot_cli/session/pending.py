@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.core.turns import Human, Observer
+from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.building import (
     Request,
     human_of,
@@ -22,6 +23,7 @@ from adaptbot_cli.workspace import Workspace
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from adaptbot_cli.adapters.transcript import LeftOver
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.pending import Pending, Sitting, Waiting
 
@@ -41,24 +43,37 @@ class Open:
 def find_open(workspace: Workspace, domain: str) -> Open:
     """Find the questions that are open in a domain. Raises UsageError, KnowledgeError."""
     from adaptbot_cli.adapters.transcript import left_over
+
+    runs = left_over(workspace.transcripts, _sittings(workspace))
+    found = _open_in(workspace, domain, runs)
+    others = {run.domain for run in runs} - {domain}
+    return replace(found, others=dict(_tasks_waiting(workspace, sorted(others), runs)))
+
+
+def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> Open:
     from adaptbot_cli.core.parsing import parse
     from adaptbot_cli.core.pending import Waiting, listed
     from adaptbot_cli.core.tasks import task_for
 
     kg = load(workspace, domain)
-    runs = left_over(workspace.transcripts, _sittings(workspace))
-    waiting = [
-        Waiting(task_for(run.task, kg, run.requires), run.plan, run.unknown)
-        for run in runs
-        if run.domain == domain
-    ]
-    others: dict[str, int] = {}
-    for run in runs:
-        if run.domain != domain:
-            others[run.domain] = others.get(run.domain, 0) + 1
+    here = [run for run in runs if run.domain == domain]
+    waiting = [Waiting(task_for(r.task, kg, r.requires), r.plan, r.unknown) for r in here]
     pending = drive(listed(waiting, kg, parse), _ports(kg, human_of(Request("", domain), None)))
-    names = [run.path.stem for run in runs if run.domain == domain]
-    return Open(kg, waiting, pending, names, others)
+    return Open(kg, waiting, pending, [run.path.stem for run in here])
+
+
+def _tasks_waiting(
+    workspace: Workspace, domains: Sequence[str], runs: "Sequence[LeftOver]"
+) -> Iterator[tuple[str, int]]:
+    """How many tasks wait in each of some domains; one that cannot be read tells nothing."""
+    for domain in domains:
+        try:
+            found = _open_in(workspace, domain, runs)
+        except (UsageError, KnowledgeError):
+            continue
+        tasks = {task for each in found.pending for task in each.tasks}
+        if tasks:
+            yield domain, len(tasks)
 
 
 def _sittings(workspace: Workspace) -> Path:

@@ -54,6 +54,9 @@ def replay(
     ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
-    result = drive(pursue(task, kg, parse, policy, replans, full), ports)
+    if turns and turns[0]["turn"] == "finished":  # the planner had no plan at all
+        result = drive(inspect(task, kg, parse, ""), ports)
+    else:
+        result = drive(pursue(task, kg, parse, policy, replans, full), ports)
     player.end(result)
     return result

@@ -101,3 +101,8 @@ def test_another_graph_and_required_items(home: Home) -> None:
     unknown = {f["subject"] for f in told["findings"] if f["code"] == "E201"}
     assert unknown == {"salt", "flour"}  # required and not known here: to be asked about
     assert "--kg" not in ended.err and home.files() == {"home.ttl", "p"}
+
+
+def test_without_a_plan_stdin_is_named(home: Home) -> None:
+    ended = home.adaptbot("check")
+    assert (ended.code, ended.out) == (2, "") and "- to read it from stdin" in ended.err

@@ -152,3 +152,18 @@ def test_two_that_start_one_domain_at_once(home: Home) -> None:
     ends = sorted((process.communicate()[1].decode(), process.returncode) for process in both)
     assert sorted(code for _, code in ends) == [0, 2], ends
     assert len(home.subjects()) == 1
+
+
+def test_a_broken_domain_is_listed_with_the_others(home: Home) -> None:
+    assert home.adaptbot("domain", "new", "garden").code == 0
+    (home.workspace / "kg/garden/domain.ttl").write_text("ab: (", encoding="utf-8")
+    ended = home.adaptbot("domain", "list")
+    assert ended.code == 0 and "kitchen" in ended.said and "household" in ended.said
+    assert "domain check garden" in ended.said
+    rows = {row["name"]: row for row in home.adaptbot("domain", "list", "--json").json()}
+    assert rows["garden"]["actions"] is None and rows["kitchen"]["actions"] > 10
+
+
+def test_without_a_name_the_configured_domain_is_checked(home: Home) -> None:
+    ended = home.adaptbot("domain", "check")
+    assert ended.code == 0 and "kitchen:" in ended.out

@@ -75,6 +75,7 @@ def test_a_place_with_what_is_there(said: dict[str, Ended]) -> None:
     told = said["place, json"].json()
     assert told["name"] == "fridge" and "egg" in told["holds"]
     assert "egg" in said["place"].out
+    assert "fixed place" in said["place"].out and "imreceptacle" not in said["place"].out
 
 
 def test_an_unknown_name(said: dict[str, Ended]) -> None:

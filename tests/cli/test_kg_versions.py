@@ -359,3 +359,21 @@ def test_a_new_thing_is_added_in_a_place_that_is_new_too(home: Home) -> None:
     ended = home.adaptbot("kg", "add", "leek", "--answers", told)
     assert ended.code == 0 and "there is crate" in ended.out and "place crate" in ended.out
     assert "+ leek obj_location crate" in [f for t in home.trailers().values() for f in t]
+
+
+def test_an_answer_is_reverted_by_its_id_alone(fresh: Fresh, taught: Home) -> None:
+    answer = answer_about(fresh(), "there is chives")
+    ended = taught.adaptbots(
+        [
+            ["kg", "revert", answer, "--dry-run", "--json"],
+            ["kg", "revert", "--answer", answer, "--dry-run", "--json"],
+            ["kg", "revert", f"{answer}9", "--dry-run"],
+        ]
+    )
+    assert ended[0].code == 0 and ended[0].out == ended[1].out
+    assert ended[2].code == 4 and "no answer" in ended[2].err
+
+
+def test_the_log_names_no_planner_where_there_was_none(taught: Home) -> None:
+    told = taught.adaptbot("kg", "log", "leek").said
+    assert "add leek" in told and "· none" not in told

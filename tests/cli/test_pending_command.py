@@ -45,6 +45,8 @@ def test_what_another_run_has_learned_is_no_longer_open(waiting: Home) -> None:
     told = waiting.write("told.yaml", ANSWERS)
     waiting.adaptbot("run", "omelette with chives and cheese", "--answers", told)
     assert about(waiting) == []
+    other = waiting.adaptbot("pending", "--domain", "household").said
+    assert "no question is open" in other and "kitchen" not in other
 
 
 def test_a_file_answers_what_is_open(waiting: Home) -> None:

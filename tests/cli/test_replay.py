@@ -103,5 +103,14 @@ def test_one_bad_transcript_among_good_ones(ended: dict[str, Ended]) -> None:
     assert "goal not met" in several.out
 
 
+def test_a_run_without_any_plan_has_ended(home: Home) -> None:
+    assert home.adaptbot("run", "make shakshuka", "--no-human").code == 5
+    [path] = (home.workspace / "transcripts").glob("*.yaml")
+    resumed = home.adaptbot("resume")
+    assert resumed.code == 2 and "nothing to resume" in resumed.said
+    replayed = home.adaptbot("replay", str(path))
+    assert replayed.code == 0 and "no_plan, goal not met" in replayed.said
+
+
 def test_a_replay_makes_no_workspace(ended: dict[str, Ended], used: Home) -> None:
     assert not used.workspace.exists()

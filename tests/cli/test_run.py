@@ -241,3 +241,12 @@ def _goal_met(task: str, workspace: Workspace) -> bool:
     request = session.Request(task=task, domain="kitchen", model="library", dry_run=True)
     with session.build(request, workspace, {}, Console(file=io.StringIO()), None) as built:
         return built.run().goal_met
+
+
+def test_a_fault_of_a_hand_edit_is_told(again: Home) -> None:
+    path = again.workspace / "kg/kitchen/state.ttl"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(f"{text}\nex:egg ex:obj_location ex:table .\n", encoding="utf-8")
+    ended = again.adaptbot("run", "make tea", "--no-human")
+    assert "edited by hand and not committed" in ended.said
+    assert "egg" in ended.said and "see adaptbot kg validate" in ended.said

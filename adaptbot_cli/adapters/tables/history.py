@@ -45,7 +45,8 @@ def log(chapters: Sequence[Chapter], words: Words, detailed: bool) -> Renderable
 
 def _head(chapter: Chapter) -> RenderableType:
     origin = chapter.origin
-    told = joined((chapter.by(), origin.task, origin.planner), "")
+    planner = "" if origin.planner == "none" else origin.planner
+    told = joined((chapter.by(), origin.task, planner), "")
     first = Text.assemble((origin.revision[:7], "yellow"), f"  {minute(origin.when)}  ", told)
     if chapter.answers:
         return first
@@ -94,7 +95,7 @@ def origin_of(origin: Origin, words: Words) -> RenderableType:
         origin.by or origin.author,
         minute(origin.at or origin.when),
         origin.task,
-        origin.planner,
+        "" if origin.planner == "none" else origin.planner,
         origin.transcript,
     )
     if origin.source != "answer":

@@ -8,6 +8,7 @@ from rich.text import Text
 
 from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.view import Thing
 from adaptbot_cli.core.visible import visible
 
@@ -64,7 +65,7 @@ def _label(kg: Kg, name: str) -> str:
 
 def one(kg: Kg, thing: Thing) -> RenderableType:
     """Show one thing with all its facts, and what is in or on it."""
-    title = Text.assemble((visible(thing.name), "bold"), (f"  {thing.kind}", "dim"))
+    title = Text.assemble((visible(thing.name), "bold"), (f"  {_kinds(kg, thing)}", "dim"))
     parts: list[RenderableType] = [title]
     if thing.aliases:
         names = ", ".join(map(visible, thing.aliases))
@@ -81,6 +82,11 @@ def one(kg: Kg, thing: Thing) -> RenderableType:
     if thing.holds:
         parts.append(Text.assemble(("holds  ", "dim"), ", ".join(map(visible, thing.holds))))
     return Group(*parts)
+
+
+def _kinds(kg: Kg, thing: Thing) -> str:
+    labels = {local(kind.iri): kind.label for kind in kg.domain.kinds.values()}
+    return ", ".join(labels.get(name, name) for name in thing.kind.split(", "))
 
 
 def _value(value: Any) -> Text:

@@ -43,6 +43,10 @@ class Recorder:
         """Write the last document."""
         self._write(finished(result))
 
+    def planless(self, why: str) -> None:
+        """Write the last document of a run whose planner had no plan at all."""
+        self._write({"turn": "finished", "outcome": "no_plan", "goal_met": False, "why": why})
+
     def ended(self) -> None:
         """Write the last document of what was no run."""
         self._write({"turn": "finished"})

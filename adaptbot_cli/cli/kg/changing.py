@@ -53,7 +53,7 @@ def retract(
 
 def revert(
     revision: Annotated[
-        str | None, typer.Argument(metavar="[REV]", help="A commit; see kg log.")
+        str | None, typer.Argument(metavar="[REV]", help="A commit, or an answer; see kg log.")
     ] = None,
     answer: Annotated[
         str | None, typer.Option("--answer", metavar="ID", help="One answer; see kg log or why.")
@@ -77,6 +77,8 @@ def revert(
         raise UsageError("say what to undo: a commit REV, or --answer ID; kg log tells both")
     found = workspace(workspace_dir)
     home = Home(found, domain_name(domain, found))
+    if revision is not None and changing.is_answer(revision):
+        answer = revision
     if answer is not None:
         proposal = changing.revert_answer(home, answer)
     else:

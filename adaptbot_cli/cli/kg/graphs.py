@@ -144,8 +144,7 @@ def import_(
 ) -> int:
     """Take in a graph in this domain's vocabulary: what fits is committed, the rest is told.
 
-    Of a property that can have one value only, the file's value is taken; --replace lets go of
-    everything that is not in the files.
+    Of a property with one value only, the file's is taken. --replace: the rest is let go.
     """
     from adaptbot_cli.adapters.tables.state import parcel as table
     from adaptbot_cli.session.knowing import Home
