@@ -335,6 +335,34 @@ def test_what_follows_is_not_asked() -> None:
     assert answers(result)["glass slab"] == "yes"
 
 
+def test_what_followed_from_an_answer_that_is_corrected_is_asked_anew() -> None:
+    kg = changed(
+        ("domain.ttl", "ab:asks ( w:in w:drillable )", "ab:asks ( w:in w:glass w:drillable )")
+    )
+    told = {**STRAIGHT, "kind slab": "part", "glass slab": "no"}
+    del told["drillable slab"]
+    at_first = {"glass slab": "yes", "drillable slab": "no"}  # a form fills in what follows
+    offered: list[list[str]] = []
+
+    class Hasty(Person):
+        def volunteered(self, question: Question) -> Answer:
+            offered[-1].append(name(question))
+            known = at_first if len(offered) == 1 else told
+            return Answer(known.get(name(question), LATER.value), "ann")
+
+        def reply(self, turn: Turn, kg: Kg) -> Any:
+            if isinstance(turn, Offer):
+                offered.append([])
+            return super().reply(turn, kg)
+
+    glass: Key = ("attribute", "slab", "glass", "item")
+    person = Hasty(told, plan="take(slab)\nput(slab)", review_back=[glass])
+    result, _ = drive(person, kg)
+    assert offered == [["glass slab", "drillable slab"]] * 2
+    assert "drillable slab" not in answers(result)
+    assert answers(result)["glass slab"] == "no"
+
+
 def test_checks_are_told_only_when_all_is_said_of_a_thing() -> None:
     person = Person(STRAIGHT)
     drive(person)
