@@ -297,11 +297,26 @@ def test_a_question_without_choices_takes_a_line(tmp_path: Path) -> None:
     assert terminal.ends() == by_ann("2")
 
 
-@pytest.mark.parametrize("what", ["existence", "attribute", "place", "value", "review"])
+@pytest.mark.parametrize("what", ["existence", "attribute", "place", "value"])
 def test_ctrl_c_interrupts(tmp_path: Path, what: str) -> None:
     terminal = Terminal(tmp_path, what).sees("?").types(CTRL_C)
 
     assert terminal.ends(130) is None
+
+
+@pytest.mark.parametrize(("key", "kept", "code"), [("y", True, 0), ("n", None, 130)])
+def test_ctrl_c_at_the_review_asks_whether_to_keep_it(
+    tmp_path: Path, key: str, kept: bool | None, code: int
+) -> None:
+    terminal = Terminal(tmp_path, "review").sees("Keep this?", "Esc: back)").types(CTRL_C)
+
+    assert terminal.sees("Keep what you have told").types(key).ends(code) is kept
+
+
+def test_escape_at_the_review_goes_back_to_the_last_answer(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "review").sees("Keep this?").types("\x1b")
+
+    assert terminal.ends() == [[], ["place", "spaner", "in", "item"]]
 
 
 def test_ctrl_c_interrupts_the_second_prompt(tmp_path: Path) -> None:
