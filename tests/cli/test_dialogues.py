@@ -275,11 +275,20 @@ def test_the_review_keeps_a_part(home: Home) -> None:
     with terminal(home, *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
-        opened.answers(("Keep this", f"\x1b[B {ENTER}"))
+        opened.answers(("Keep this", f"\x1b[B\x1b[B {ENTER}"))
         assert opened.ends() == 0
     facts = learned(home)
-    assert "+ shallot type object" in facts
-    assert "+ shallot obj_location fridge" not in facts
+    assert "+ shallot type object" in facts and "+ shallot obj_location fridge" in facts
+    assert not any("IsLiquid" in fact for fact in facts) and "all but 1" in opened.screen
+
+
+def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
+        opened.answers(("Keep this", f"\x1b[B {ENTER}"))
+        assert opened.ends() == 3
+    assert "all but 5" in opened.screen
 
 
 def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:

@@ -281,9 +281,16 @@ def test_what_rests_on_a_lesson_that_is_left_out_goes_with_it() -> None:
 
 def test_a_part_that_nothing_rests_on_is_left_out_alone() -> None:
     lessons = drive(Person(STRAIGHT))[0].lessons
-    result, kg = drive(Person(STRAIGHT, left_out=keys_of(lessons, "in slab")))
+    result, kg = drive(Person(STRAIGHT, left_out=keys_of(lessons, "drillable slab")))
     assert len(result.lessons) == len(lessons) - 1
     assert kg.find("slab")
+
+
+def test_a_new_thing_goes_with_its_place_and_the_plan_is_judged_without_it() -> None:
+    lessons = drive(Person(STRAIGHT))[0].lessons
+    result, kg = drive(Person(STRAIGHT, left_out=keys_of(lessons, "in slab")))
+    assert [lesson.question.about for lesson in result.lessons] == ["widget", "plank"]
+    assert not kg.find("slab") and result.verdict == "findings" and not result.goal_met
 
 
 GLASS = ("domain.ttl", "ab:asks ( w:in w:drillable )", "ab:asks ( w:in w:drillable w:glass )")

@@ -74,9 +74,9 @@ class AbsentHuman:
 class TerminalHuman:
     """The person at the terminal that `console` writes to; the keyboard is the terminal's as well.
 
-    Answers bear `by` and the time `now` says. Ctrl-C at a question or at the review asks whether to
-    keep what was answered; where nothing was, and at any other prompt, it raises KeyboardInterrupt. A form
-    answers several questions at once: `told` are the answers to those that are still to come. With
+    Answers bear `by` and the time `now` says. Ctrl-C at a question or the review asks whether to
+    keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
+    A form answers several questions at once: `told` are the answers to those still to come. With
     `edits` a plan is offered for editing before it is executed, whatever is open.
     """
 
