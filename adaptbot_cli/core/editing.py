@@ -81,7 +81,7 @@ def called(text: str, parse: Callable[[str], Parsed]) -> list[Call]:
     parsed = parse(text)
     if parsed.findings or not parsed.calls:
         why = parsed.findings[0].message if parsed.findings else "there is none"
-        raise UsageError(f'"{text}" is no call, such as slice("onion"): {why}')
+        raise UsageError(f'"{text}" is no call: {why}')
     return [written.call for written in parsed.calls]
 
 

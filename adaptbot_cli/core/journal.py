@@ -15,6 +15,7 @@ from adaptbot_cli.core.questions import (
     LATER,
     STOP,
     Answer,
+    Follows,
     Key,
     Question,
     Reviewed,
@@ -54,6 +55,7 @@ class Journal:
     """The replies of a run so far.
 
     `reopened` are the answers that the person went back from: likely ones, when asked again;
+    `follows` tells of each answered question from which other answers its own follows;
     `quiet` is set while nothing new happens, so that nobody is told a second time.
     """
 
@@ -63,6 +65,7 @@ class Journal:
     looked_up: dict[LookUp | Trace, Any] = field(default_factory=dict)
     executed: list[tuple[Report, Outcome]] = field(default_factory=list)
     quiet: bool = False
+    follows: dict[Key, tuple[Follows, ...]] = field(default_factory=dict)
 
     def play(self, turns: Turns[R]) -> Turns[R]:
         """Run turns, giving the replies that are known and passing the other turns on.
@@ -82,10 +85,21 @@ class Journal:
             turns.close()
 
     def reopen(self, key: Key) -> None:
-        """Have a question asked again; without it, everything goes as it went."""
+        """Have a question asked again, and what followed from its answer; without them,
+        everything goes as it went."""
         self.quiet = True
         if key in self.answers:
             self.reopened[key] = self.answers.pop(key)
+            self._drop_following(key, self.reopened[key])
+
+    def _drop_following(self, key: Key, answer: Answer) -> None:
+        """Forget the answers that followed from one that is given no more."""
+        rule = (key[2], answer.value)
+        for other, rules in self.follows.items():
+            values = {f.value for f in rules if (f.prop, f.equals) == rule}
+            known = self.answers.get(other, LATER)
+            if other[1] == key[1] and known.value in values:
+                self._drop_following(other, self.answers.pop(other))
 
     def _reply(self, turn: Turn) -> Generator[Turn, Any, Any]:
         match turn:
@@ -148,6 +162,7 @@ class Journal:
             raise GoBack(answer.to)
         if answer.value not in (STOP.value, EDIT):
             self.answers[question.key] = answer
+            self.follows[question.key] = question.follows
         return answer
 
     def _prepared(self, question: Question) -> Question:

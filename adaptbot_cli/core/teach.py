@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from rdflib import RDF, URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.core import acting, learning, resolve
 from adaptbot_cli.core.asking import (
@@ -20,7 +21,7 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import ABSENT, EXISTS, Answer, Key, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.terms import Triple, local
 
 
 def lessons(
@@ -140,9 +141,19 @@ def take(lesson: Lesson, scene: Scene) -> None:
 
 
 def resting_on(keys: Iterable[Key], lessons: Sequence[Lesson]) -> set[Key]:
-    """Return the keys of the lessons that go if some do: what is told of a thing goes with it."""
+    """Return the keys of the lessons that go if some do.
+
+    What is told of a thing goes with it; and a new thing goes with where it was said to be kept:
+    a plan that fetches it was judged on that.
+    """
     gone = set(keys)
     while True:
+        placed = {
+            fact[0]
+            for lesson in lessons
+            if lesson.question.key in gone and lesson.question.kind == "place"
+            for fact in lesson.delta.added
+        }
         taught = {
             fact[0]
             for lesson in lessons
@@ -153,11 +164,18 @@ def resting_on(keys: Iterable[Key], lessons: Sequence[Lesson]) -> set[Key]:
         resting = {
             lesson.question.key
             for lesson in lessons
-            if any(taught.intersection(fact) for fact in lesson.delta.added)
+            if any(
+                taught.intersection(fact) or _is_about(fact, placed) for fact in lesson.delta.added
+            )
         }
         if resting <= gone:
             return gone
         gone |= resting
+
+
+def _is_about(fact: Triple, things: set[Node]) -> bool:
+    """Tell whether a fact says that there is one of some things."""
+    return fact[1] == RDF.type and fact[0] in things
 
 
 def forget(lesson: Lesson, scene: Scene) -> None:

@@ -33,14 +33,19 @@ UP, DOWN, ESCAPE, ENTER, CTRL_C = "\x1b[A", "\x1b[B", "\x1b", "\r", "\x03"
 DRIVER = """
 import json, sys
 from rich.console import Console
-from tests.adapters.test_terminal import LESSONS, QUESTIONS
+from tests.adapters.test_terminal import LESSONS, QUESTIONS, STEPS
 from adaptbot_cli.adapters.terminal import TerminalHuman
+from adaptbot_cli.adapters.terminal.canvas import Canvas
+from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.core.questions import Reviewed
 
 human = TerminalHuman(Console(stderr=True), "ann", lambda: "2030-01-02T03:04:05+00:00")
 try:
     if sys.argv[1] == "review":
         said = human.review(LESSONS)
+    elif sys.argv[1] == "steps":
+        said = Picker("Which?", STEPS, back="back", numbered=True).ask(Canvas(human.console))
+        said = said and said.value
     elif sys.argv[1] == "offer":
         said = [answer.value for answer in human.offer(QUESTIONS["form"].offered)]
     else:
@@ -141,6 +146,7 @@ def lesson(key: tuple[str, str], sentence: str, *facts: Any) -> Lesson:
     return Lesson(Delta(added=frozenset(facts)), question, Answer("yes"), sentence)
 
 
+STEPS = tuple(Choice(n, f"{n}  pick_up(part_{n})") for n in ("12", "2", "23", "31"))
 SHELF = URIRef("http://example.org/w#shelf")
 LESSONS = (
     lesson(("kind", ""), "there is shelf", (SHELF, RDF.type, URIRef("urn:w:furniture"))),
@@ -241,6 +247,22 @@ def test_a_known_name_is_picked_by_typing_part_of_it(tmp_path: Path, typed: str,
     assert terminal.types(ENTER).ends() == by_ann(f"is {name}")
 
 
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (("2", ENTER), "2"),
+        (("1", ENTER, "2", ENTER), "12"),  # there is no step 1: nothing else is taken for it
+        (("3", ENTER, "3", ENTER, ESCAPE), None),
+        (("part_23", ENTER), "23"),
+        (("pick_up", DOWN, ENTER), "2"),
+    ],
+)
+def test_a_step_is_found_by_its_own_number(tmp_path: Path, keys: Any, said: str | None) -> None:
+    terminal = Terminal(tmp_path, "steps").sees("Which?", "12  pick_up(part_12)").types(*keys)
+
+    assert terminal.ends() == said
+
+
 def test_names_beyond_ascii_can_be_typed(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, "existence").sees("ask me later").types("a").sees("part 9")
 
@@ -297,11 +319,26 @@ def test_a_question_without_choices_takes_a_line(tmp_path: Path) -> None:
     assert terminal.ends() == by_ann("2")
 
 
-@pytest.mark.parametrize("what", ["existence", "attribute", "place", "value", "review"])
+@pytest.mark.parametrize("what", ["existence", "attribute", "place", "value"])
 def test_ctrl_c_interrupts(tmp_path: Path, what: str) -> None:
     terminal = Terminal(tmp_path, what).sees("?").types(CTRL_C)
 
     assert terminal.ends(130) is None
+
+
+@pytest.mark.parametrize(("key", "kept", "code"), [("y", True, 0), ("n", None, 130)])
+def test_ctrl_c_at_the_review_asks_whether_to_keep_it(
+    tmp_path: Path, key: str, kept: bool | None, code: int
+) -> None:
+    terminal = Terminal(tmp_path, "review").sees("Keep this?", "Esc: back)").types(CTRL_C)
+
+    assert terminal.sees("Keep what you have told").types(key).ends(code) is kept
+
+
+def test_escape_at_the_review_goes_back_to_the_last_answer(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "review").sees("Keep this?").types("\x1b")
+
+    assert terminal.ends() == [[], ["place", "spaner", "in", "item"]]
 
 
 def test_ctrl_c_interrupts_the_second_prompt(tmp_path: Path) -> None:

@@ -157,7 +157,7 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
             opened.process.send(CTRL_C)
         else:
             opened.process.kill(signal.SIGINT)
-        if question in ("kind", "place"):
+        if question in ("kind", "place", "review"):
             opened.answers(("Keep what you have told so far", "n"))
         assert opened.ends() == 130
     assert "Traceback" not in opened.screen
@@ -275,11 +275,20 @@ def test_the_review_keeps_a_part(home: Home) -> None:
     with terminal(home, *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
-        opened.answers(("Keep this", f"\x1b[B {ENTER}"))
+        opened.answers(("Keep this", f"\x1b[B\x1b[B {ENTER}"))
         assert opened.ends() == 0
     facts = learned(home)
-    assert "+ shallot type object" in facts
-    assert "+ shallot obj_location fridge" not in facts
+    assert "+ shallot type object" in facts and "+ shallot obj_location fridge" in facts
+    assert not any("IsLiquid" in fact for fact in facts) and "all but 1" in opened.screen
+
+
+def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
+        opened.answers(("Keep this", f"\x1b[B {ENTER}"))
+        assert opened.ends() == 3
+    assert "all but 5" in opened.screen
 
 
 def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
@@ -290,6 +299,18 @@ def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
         opened.ends()
     assert "+ shallot type object" in home.trailers()["Fact-1"]
     assert turns(home)[-1]["turn"] == "finished"
+
+
+def test_the_review_goes_back_and_asks_at_ctrl_c_as_a_question_does(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}\t"), ("Keep this", "\x1b"))
+        opened.answers(("What do you know of shallot", f"\x7fcup{ENTER}\t"))
+        opened.answers(("Keep this", CTRL_C), ("Keep what you have told so far", "y"))
+        assert opened.ends() == 0
+    assert "a correction" in opened.screen
+    assert "+ shallot obj_location fridge" not in learned(home)
+    assert any(fact.startswith("+ shallot obj_location") for fact in learned(home))
 
 
 @pytest.mark.parametrize("way", ["ctrl-c", "kill", "cut"])

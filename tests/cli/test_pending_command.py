@@ -83,6 +83,7 @@ def test_ctrl_c_changes_nothing_and_the_next_sitting_knows_the_answers(waiting: 
     with tty(waiting, "pending", "answer") as opened:
         opened.answers((CHIVES, "n")).waits("Keep this?")
         opened.process.send(CTRL_C)
+        opened.answers(("Keep what you have told so far", "n"))
         assert opened.ends() == 130
     assert "adaptbot pending answer" in opened.said
     assert about(waiting) == ["chives"]

@@ -152,6 +152,16 @@ def test_a_plan_is_changed_instead_of_answering(home: Home, kind: str) -> None:
     assert replays(home)
 
 
+def test_what_is_no_call_is_said_in_full_at_80_columns(home: Home) -> None:
+    with (
+        scripted_model(STUCK) as model,
+        tty(home, "run", SNACK, "--replans", "0", **model.environment()) as opened,
+    ):
+        opened.answers((HOW.format("fly"), "e"), ("How shall", "r"), ("Replace which", f"1{ENTER}"))
+        opened.answers(("Step 1 becomes", f"{CTRL_U}not a call{ENTER}"))
+        opened.process.expect_exact("what it acts on in parentheses")
+
+
 MOVED = ('put_down_obj("carrot", "bowl")', 'put_down_rec("bowl", "table")', 'slice("carrot")')
 LOOKED_OVER: dict[str, tuple[list[tuple[str, str]], str]] = {
     "insert": (

@@ -11,7 +11,7 @@ from adaptbot_cli.core.journal import Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parsing import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import EDIT, YES, Answer, Choice, Question
+from adaptbot_cli.core.questions import EDIT, YES, Answer, Choice, Question, back
 from adaptbot_cli.core.turns import Ask, Given, Turn
 from adaptbot_cli.resources import bundled
 from tests.core.test_mend import LIME_WATER
@@ -58,6 +58,32 @@ def test_so_is_who_agreed_to_it_before_the_run_was_cut_off() -> None:
     human = RememberingHuman(memory, Never())  # type: ignore[arg-type]
     assert human.ask(offer("c()")).value == "no"
     assert human.ask(offer("a()")).value == YES
+
+
+def test_what_the_person_goes_back_to_is_not_answered_from_memory() -> None:
+    offered = {"turn": "offer", "about": "leek", "answers": {"soft": "yes", "hot": "no"}}
+    memory = Memory()
+    memory.take([offered, {"turn": "ask", "kind": "kind", "about": "pot", "answer": "tool"}])
+    soft, hot = (Question("attribute", "leek", f"{prop}?", prop) for prop in ("soft", "hot"))
+    crate, pot = Question("kind", "crate", "What is crate?"), Question("kind", "pot", "What?")
+
+    class Back:
+        def ask(self, question: Question) -> Answer:
+            return back(hot.key if question == crate else pot.key)
+
+        def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
+            return tuple(Answer("by hand") for _ in questions)
+
+        review = amend = ask
+
+    human = RememberingHuman(memory, Back())  # type: ignore[arg-type]
+    assert [answer.value for answer in human.offer((soft, hot))] == [YES, "no"]
+    assert human.ask(crate) == back(hot.key)
+    assert [answer.value for answer in human.offer((hot,))] == ["by hand"]
+    assert human.ask(pot).value == "tool"  # a later one may be
+    memory.take([{"turn": "ask", "kind": "kind", "about": "pot", "answer": "tool"}])
+    human.ask(Question("kind", "lid", "What?"))
+    assert human.ask(pot) == back(pot.key)
 
 
 def test_what_an_edit_instead_of_the_offer_brings_up_is_asked(kitchen: Kg) -> None:

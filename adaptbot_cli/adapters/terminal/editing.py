@@ -29,6 +29,7 @@ _MENU = {
     "move": ("m", "move a step"),
     "reject": ("x", "reject the whole plan"),
 }
+_NO_CALL = "this is no call: an action's name, then what it acts on in parentheses"
 _TEXT = {
     "asked": "How shall the plan change?",
     "open": "No question solves what is open. How shall the plan change?",
@@ -102,7 +103,8 @@ _OF_A_STEP = frozenset({"replace", "drop", "move"})
 
 def _which(text: str, there: Sequence[Line], out: Console) -> Line | None:
     """One of the steps that the plan writes; None for back."""
-    picked = Picker(text, [_choice(line) for line in there], back="back").ask(Canvas(out))
+    choices = [_choice(line) for line in there]
+    picked = Picker(text, choices, back="back", numbered=True).ask(Canvas(out))
     return next((line for line in there if picked and str(line.number) == picked.value), None)
 
 
@@ -110,7 +112,7 @@ def _place(text: str, turn: Amend, there: Sequence[Line], out: Console) -> int |
     """Before which step something goes: one more than the last for the end; None for back."""
     end = len(turn.report.steps) + 1
     choices = [*(_choice(line) for line in there), Choice(str(end), "at the end")]
-    picked = Picker(text, choices, back="back").ask(Canvas(out))
+    picked = Picker(text, choices, back="back", numbered=True).ask(Canvas(out))
     return None if picked is None else int(picked.value)
 
 
@@ -123,9 +125,9 @@ def _call(text: str, typed: str, kg: Kg, prompts: Prompts) -> str:
 
     def check(said: str) -> str:
         try:
-            return "" if not said.strip() or called(said, parse) else "there is none"
-        except UsageError as error:
-            return str(error)
+            return "" if not said.strip() or called(said, parse) else _NO_CALL
+        except UsageError:
+            return _NO_CALL
 
     said = prompts.line(f"{text} (Tab completes, empty: back)", typed, check, Names.of(kg))
     return "\n".join(call.render() for call in called(said, parse)) if said else ""

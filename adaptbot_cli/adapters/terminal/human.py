@@ -54,6 +54,7 @@ _KEYS = {
     "changes": "c",
 }
 _MOST_BY_KEY = 9
+_KEEP = "Keep what you have told so far?"
 _BACK = Choice("back", "back")
 
 
@@ -73,9 +74,9 @@ class AbsentHuman:
 class TerminalHuman:
     """The person at the terminal that `console` writes to; the keyboard is the terminal's as well.
 
-    Answers bear `by` and the time `now` says. Ctrl-C at a question asks whether to keep what was
-    answered; where nothing was, and at any other prompt, it raises KeyboardInterrupt. A form
-    answers several questions at once: `told` are the answers to those that are still to come. With
+    Answers bear `by` and the time `now` says. Ctrl-C at a question or the review asks whether to
+    keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
+    A form answers several questions at once: `told` are the answers to those still to come. With
     `edits` a plan is offered for editing before it is executed, whatever is open.
     """
 
@@ -120,7 +121,13 @@ class TerminalHuman:
         from adaptbot_cli.adapters.terminal.canvas import Canvas
         from adaptbot_cli.adapters.terminal.review import TITLE, Review
 
-        said = Review(lessons).ask(Canvas(self.console))
+        review = Review(lessons)
+        try:
+            said = review.ask(Canvas(self.console))
+        except KeyboardInterrupt:
+            if not self._prompts().yes(_KEEP):
+                raise
+            said = review.ticked()
         if isinstance(said, Reviewed):
             out = len(said.left_out)
             told = "a correction" if said.back else f"all but {out}"
@@ -163,9 +170,9 @@ class TerminalHuman:
     def _stopped(self, question: Question) -> Answer:
         """After Ctrl-C: keep what was answered, or leave it for later. Ctrl-C again gives up."""
         told = [a for _, a in question.answered if a.value not in (LATER.value, UNKNOWN)]
-        if not told or not self._prompts().yes("Keep what you have told so far?"):
+        if not told or not self._prompts().yes(_KEEP):
             raise KeyboardInterrupt
-        self._tell("Keep what you have told so far?", "yes")
+        self._tell(_KEEP, "yes")
         return STOP
 
     def _above(self, question: Question) -> None:

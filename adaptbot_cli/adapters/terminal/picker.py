@@ -22,6 +22,7 @@ class Picker:
 
     `new` is what a new one is called ("a new place"), "" if there can be none; `taken` are the
     names that a new one cannot have. `back` is what Esc leads to, in a word, "" if to nothing.
+    With `numbered` the values are numbers, found by how they begin, and labels are shown verbatim.
     """
 
     text: str
@@ -31,6 +32,7 @@ class Picker:
     back: str = ""
     typed: str = ""
     at: int = 0
+    numbered: bool = False
     trouble: str = field(default="", init=False)
 
     def ask(self, canvas: Canvas) -> Choice | None:
@@ -42,6 +44,10 @@ class Picker:
     def matching(self) -> list[Choice]:
         """Return the choices whose labels hold what is typed; a new one comes last."""
         wanted = self.typed.strip().lower()
+        if self.numbered and wanted.isdigit():
+            found = [choice for choice in self.choices if choice.value.startswith(wanted)]
+            return sorted(found, key=lambda choice: choice.value != wanted)
+        wanted = wanted.replace("_", " ")
         found = [choice for choice in self.choices if wanted in title(choice.label).lower()]
         name = normal(self.typed)
         known = {normal(choice.label) for choice in self.choices}
@@ -64,7 +70,8 @@ class Picker:
             here = n == self.at
             mark = ("pointer", " » ") if here else ("", "   ")
             then = f"  {plain(choice.then)}" if choice.then else ""
-            label = ("highlighted" if here else "", title(choice.label))
+            told = plain(choice.label) if self.numbered else title(choice.label)
+            label = ("highlighted" if here else "", told)
             lines.append([mark, label, ("then", then)])
         if not found:
             lines.append([("bad", f"   nothing matches “{plain(self.typed)}”")])
@@ -92,7 +99,8 @@ class Picker:
         @keys.add(Keys.BracketedPaste)
         @keys.add(Keys.Any)
         def write(event: KeyPressEvent) -> None:
-            text = event.data.replace("_", " ")  # names stand in the list in words
+            # names stand in the list in words
+            text = event.data if self.numbered else event.data.replace("_", " ")
             if text.isprintable():
                 self._type(self.typed + text)
 
@@ -120,6 +128,10 @@ class Picker:
             app.output.bell()
             return
         choice = found[self.at]
+        typed = self.typed.strip()
+        if self.numbered and typed.isdigit() and self.at == 0 and choice.value != typed:
+            self.trouble = f"{typed} is not among them: type on"
+            return
         name = choice.value.removeprefix("new ")
         if choice.value != name and name in self.taken:
             self.trouble = f"“{plain(name)}” is known already, as something else"

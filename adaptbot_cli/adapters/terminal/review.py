@@ -12,6 +12,7 @@ from adaptbot_cli.core.questions import Key, Reviewed
 from adaptbot_cli.core.teach import resting_on
 
 TITLE = "Keep this?"
+_HINT = "Enter: yes, Space: leave out, c: correct, n: nothing, Esc: back"
 _ROWS = 20
 
 
@@ -28,12 +29,16 @@ class Review:
         said: bool | Reviewed = canvas.run(self._draw, self._keys())
         return said
 
+    def ticked(self) -> bool | Reviewed:
+        """Return what is kept as the list stands: True for all."""
+        return Reviewed(frozenset(self.left_out)) if self.left_out else True
+
     def _draw(self) -> list[Line]:
         lines: list[Line] = [
             [
                 ("qmark", "? "),
                 ("question", TITLE),
-                ("instruction", "  (Enter: yes, Space: leave one out, c: correct, n: nothing)"),
+                ("instruction", f"  ({_HINT})"),
             ]
         ]
         top = max(0, min(self.at - _ROWS // 2, len(self.lessons) - _ROWS))
@@ -64,7 +69,7 @@ class Review:
         @keys.add("enter")
         @keys.add("y")
         def keep(event: KeyPressEvent) -> None:
-            event.app.exit(result=Reviewed(frozenset(self.left_out)) if self.left_out else True)
+            event.app.exit(result=self.ticked())
 
         @keys.add("n")
         def refuse(event: KeyPressEvent) -> None:
@@ -73,6 +78,10 @@ class Review:
         @keys.add("c")
         def correct(event: KeyPressEvent) -> None:
             event.app.exit(result=Reviewed(back=self.lessons[self.at].question.key))
+
+        @keys.add("escape", eager=True)
+        def back(event: KeyPressEvent) -> None:
+            event.app.exit(result=Reviewed(back=self.lessons[-1].question.key))
 
         return keys
 

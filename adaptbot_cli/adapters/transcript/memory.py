@@ -117,16 +117,22 @@ class RememberingHuman:
         known = self.memory.answers.pop(question.key, None)
         if known is not None and fits(question, known):
             return known
-        return self.human.ask(question)
+        answer = self.human.ask(question)
+        self._forget(answer.to)
+        return answer
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Give what was told besides, if it was offered before."""
         if questions and questions[0].about in self.memory.offers:
+            self.memory.offers.discard(questions[0].about)
             known = (self.memory.answers.pop(question.key, LATER) for question in questions)
             return tuple(known)
-        if isinstance(self.human, Volunteer):
-            return self.human.offer(questions)
-        return (LATER,) * len(questions)
+        if not isinstance(self.human, Volunteer):
+            return (LATER,) * len(questions)
+        told = self.human.offer(questions)
+        for answer in told:
+            self._forget(answer.to)
+        return told
 
     def amend(self, turn: Amend) -> Edit | None:
         """Give the edit that this plan was given, and ask for others."""
@@ -137,4 +143,12 @@ class RememberingHuman:
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
         """Ask: a review is only over with the run."""
-        return self.human.review(lessons)
+        said = self.human.review(lessons)
+        if isinstance(said, Reviewed):
+            self._forget(said.back)
+        return said
+
+    def _forget(self, key: Key | None) -> None:
+        """Leave a question that the person goes back to for the person to answer."""
+        if key is not None:
+            self.memory.answers.pop(key, None)
