@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.adapters.planner.choice import Chosen
+    from adaptbot_cli.session.knowing import Home
     from adaptbot_cli.workspace import Workspace
 
 WorkspaceOption = Annotated[
@@ -66,6 +67,14 @@ def opened(
     return chosen
 
 
+def home_of(option: Path | None, domain: str | None) -> "Home":
+    """Find the home that the options mean: a domain in a workspace."""
+    from adaptbot_cli.session.knowing import Home
+
+    found = workspace(option)
+    return Home(found, domain_name(domain, found))
+
+
 def items(option: str | None) -> tuple[str, ...]:
     """Split a list of items: "egg, salt"."""
     return tuple(part.strip() for part in (option or "").split(",") if part.strip())
@@ -76,6 +85,12 @@ def console(stderr: bool = False) -> "Console":
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False)
+
+
+def terminal() -> "Console | None":
+    """Return the terminal that a person can be asked at, None if there is none."""
+    there = at_terminal(sys.stdin) and at_terminal(sys.stderr)
+    return console(stderr=True) if there else None
 
 
 def at_terminal(stream: IO[str] | None) -> bool:

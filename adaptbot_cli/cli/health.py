@@ -94,8 +94,8 @@ def _packages() -> Iterator[Check]:
 def _lexicon() -> Iterator[Check]:
     from adaptbot_cli.adapters.lexicon import WordNet
 
-    related = WordNet().related("skillet", frozenset({"noun.artifact"}))
-    yield Check("lexicon", "ok", f"WordNet 3.0; a skillet has {len(related)} related words")
+    related = WordNet().related("tool", frozenset({"noun.artifact"}))
+    yield Check("lexicon", "ok", f"WordNet 3.0; a tool has {len(related)} related words")
 
 
 def _workspace(option: Path | None) -> Iterator[Check]:

@@ -1,6 +1,5 @@
 """`adaptbot pending`: the questions that runs have left open, and their answers."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,10 +9,10 @@ from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
     WorkspaceOption,
-    at_terminal,
     console,
     domain_name,
     print_json,
+    terminal,
     workspace,
 )
 
@@ -96,15 +95,14 @@ def answer_pending(
     from adaptbot_cli.session.pending import answer, find_open, sit_down
 
     home = workspace(workspace_dir)
-    there = at_terminal(sys.stdin) and at_terminal(sys.stderr)
-    if answers is None and not there:
+    prompts = terminal()
+    if answers is None and prompts is None:
         raise UsageError("nobody is at a terminal to answer; give --answers FILE")
     found = find_open(home, domain_name(domain, home))
     if not found.pending:
         print_json({"learned": [], "tasks": [], "still": []}) if json else _tell(found)
         return 0
     request = Request("", found.kg.domain.name, answers=answers)
-    prompts = console(stderr=True) if there else None
     screen = SittingScreen(console(stderr=json))
     with sit_down(found, request, home, prompts, [screen]) as ports:
         try:

@@ -1,7 +1,6 @@
 """`adaptbot run`: pursue a task."""
 
 import os
-import sys
 import time
 from enum import StrEnum
 from pathlib import Path
@@ -14,12 +13,12 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     RequiresOption,
     WorkspaceOption,
-    at_terminal,
     console,
     domain_name,
     items,
     opened,
     print_json,
+    terminal,
     workspace,
 )
 
@@ -139,7 +138,7 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
     from adaptbot_cli.session import build
 
     screen = console(stderr=json)
-    prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
+    prompts = terminal()
     started = time.monotonic()
     with build(request, home, os.environ, screen, prompts) as session:
         try:

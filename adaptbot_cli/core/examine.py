@@ -6,7 +6,6 @@ from itertools import islice
 
 from rdflib.term import Node
 
-from adaptbot_cli.core.additions import with_remedies
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
@@ -70,7 +69,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
     findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
-    report = Report(
+    return Report(
         task=scene.task,
         text=text,
         steps=tuple(walk.steps),
@@ -79,7 +78,6 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         deltas=tuple(walk.deltas),
         missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
     )
-    return with_remedies(report, scene)
 
 
 def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:

@@ -56,14 +56,14 @@ def mended(report: Report, scene: Scene, parse: Callable[[str], Parsed]) -> Mend
             if not out and not added:
                 break
             changes += _told(report, out, added)
-            supposed += [fact for a in added for fact in a.supposed]
-            scene.kg.apply(Delta(added=frozenset(supposed)))
+            new = dict.fromkeys(fact for a in added for fact in a.supposed)
+            scene.kg.apply(Delta(added=frozenset(new)))
+            supposed += new
             text = _written(report, out, added)
             report = examine(parse(text), text, scene)
             if report.executable and len(report.open) < short:
                 short = len(report.open)
-                told = tuple(dict.fromkeys(changes))
-                best = Mended(text, told, not short, tuple(dict.fromkeys(supposed)))
+                best = Mended(text, tuple(dict.fromkeys(changes)), not short, tuple(supposed))
             if not short:
                 break
     return best

@@ -95,23 +95,20 @@ class Repair:
     def achieve(self, aim: Aim) -> list[Bound] | None:
         """Return the steps that make an aim hold, or None if few enough cannot."""
         for limit in range(1, LONGEST_REPAIR + 1):
-            steps = self._solve(aim, limit)
+            steps = self.within(aim, limit)
             if steps is not None:
                 return steps
         return None
 
     def within(self, aim: Aim, limit: int) -> list[Bound] | None:
         """Return steps that make an aim hold, the first found of `limit` or fewer, or None."""
-        return self._solve(aim, limit)
-
-    def _solve(self, aim: Aim, limit: int) -> list[Bound] | None:
         for bound in self._candidates(aim) if limit > 0 else ():
             mark = self.kg.mark
             steps = self._step(bound, limit - 1)
             if steps is not None and aim.holds():
                 return steps
             if steps and self.together and self.kg.last_change():
-                rest = self._solve(aim, limit - len(steps))
+                rest = self.within(aim, limit - len(steps))
                 if rest is not None:
                     return [*steps, *rest]
             self.kg.undo_to(mark)
@@ -147,7 +144,7 @@ class Repair:
         for condition in bound.action.conditions:
             if holds(condition, bound, self.kg):
                 continue
-            part = self._solve(aim_of(condition, bound, self.kg), limit - len(steps))
+            part = self.within(aim_of(condition, bound, self.kg), limit - len(steps))
             if part is None:
                 return None
             steps += part

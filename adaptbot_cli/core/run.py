@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from adaptbot_cli.core import teach
+from adaptbot_cli.core.additions import with_remedies
 from adaptbot_cli.core.examine import examine, words_to_look_up
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
@@ -50,7 +51,7 @@ def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Repo
         if words:
             found = yield LookUp(tuple(sorted(words)), fields)
             run.scene.known.update({word: found.get(word, ()) for word in words})
-    report = examine(parsed, text, run.scene)
+    report = with_remedies(examine(parsed, text, run.scene), run.scene)
     if tell:
         yield Checked(report)
     return report

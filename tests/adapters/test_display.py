@@ -128,7 +128,7 @@ def final(width: int, **given: object) -> Seen:
 
 
 def test_a_plan_shows_what_was_written_what_it_became_and_the_verdict() -> None:
-    seen = Seen(80).show(plan_table(REPORT, workshop(), 80))
+    seen = Seen(80).show(plan_table(REPORT, 80))
 
     assert seen.text.split("\n\n")[0] == "\n".join(
         (
@@ -151,7 +151,7 @@ def test_a_substitution_is_told_once_with_its_evidence() -> None:
     other = Step(Call("put", ("plank",)), "put(stick)", 3, "changed", (human,))
     report = Report(TASK, "", (STEPS[0], again, other), ())
 
-    text = Seen(80).show(plan_table(report, workshop(), 80)).text
+    text = Seen(80).show(plan_table(report, 80)).text
 
     assert "timber → board  WordNet: timber is a kind of board (2 steps)" in text
     assert "stick → plank   stick is plank, approved by a person (1 step)" in text
@@ -160,7 +160,7 @@ def test_a_substitution_is_told_once_with_its_evidence() -> None:
 def test_findings_that_say_the_same_are_one_with_their_steps_and_candidates() -> None:
     advice = Finding("W601", "stove is left on")
     parse = Finding("P102", "the call does not end", line=7)
-    lines = Seen(80).show(plan_table(REPORT, workshop(), 80, (advice, parse))).lines
+    lines = Seen(80).show(plan_table(REPORT, 80, (advice, parse))).lines
 
     told = lines[lines.index("Findings") + 1 :]
     assert " ".join(" ".join(told[:2]).split()) == (

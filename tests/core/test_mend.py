@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.core.additions import with_remedies
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.mend import Mended, mended
@@ -140,7 +141,7 @@ def test_nothing_is_offered_where_knowledge_is_what_lacks(text: str, required: t
 
 
 def test_the_finding_tells_the_step_that_would_mend_it() -> None:
-    report, _ = looked_at(LIME_WATER, Task("it", ("lime", "water")), KITCHEN)
+    report = with_remedies(*looked_at(LIME_WATER, Task("it", ("lime", "water")), KITCHEN))
     [finding] = report.open
     assert finding.code == "E503"
     assert finding.remedy == 'put_down_obj("lime", "glass") before stir_contents("glass")'

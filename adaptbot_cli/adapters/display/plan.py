@@ -21,11 +21,9 @@ from adaptbot_cli.adapters.display.words import (
     wrapped,
 )
 from adaptbot_cli.core.findings import CODES
-from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding, Step
 from adaptbot_cli.core.report import Report
-from adaptbot_cli.core.terms import local
 
 _MARKS: Mapping[str, Mark] = {
     "ok": GOOD,
@@ -38,7 +36,7 @@ _VERDICT = len("+ inserted")
 _WORDS = re.compile(r"\w+|\W")
 
 
-def plan_table(report: Report, kg: Kg, width: int, also: Sequence[Finding] = ()) -> RenderableType:
+def plan_table(report: Report, width: int, also: Sequence[Finding] = ()) -> RenderableType:
     """Return a plan's steps, its substitutions and its findings, at most `width` columns wide.
 
     `also` are findings that came after the check: what stopped the execution, a goal not met.
@@ -51,7 +49,7 @@ def plan_table(report: Report, kg: Kg, width: int, also: Sequence[Finding] = ())
     if substitutions is not None:
         parts += [Text(), heading("Substitutions"), substitutions]
     if findings:
-        parts += [Text(), heading("Findings"), _findings(findings, kg)]
+        parts += [Text(), heading("Findings"), _findings(findings)]
     return Group(*parts)
 
 
@@ -160,14 +158,14 @@ def _substitutions(steps: Iterable[Step]) -> Table | None:
     return table
 
 
-def _findings(findings: Iterable[Finding], kg: Kg) -> Table:
+def _findings(findings: Iterable[Finding]) -> Table:
     table = columns(None, None, None)
     for column in table.columns[:2]:
         column.no_wrap = True
     for finding, places in _merged(findings):
         mark = BAD if CODES[finding.code].open else WARNING
         code = Text(f"{mark.sign} {finding.code}", mark.style)
-        table.add_row(code, Text(_where(places, finding), "dim"), _sentence(finding, kg))
+        table.add_row(code, Text(_where(places, finding), "dim"), _sentence(finding))
     return table
 
 
@@ -187,9 +185,9 @@ def _where(places: Sequence[int], finding: Finding) -> str:
     return f"line {finding.line}" if finding.line is not None else "plan"
 
 
-def _sentence(finding: Finding, kg: Kg) -> Text:
+def _sentence(finding: Finding) -> Text:
     text = said(finding.message, longest=3 * 90)
-    options = _options(finding, kg)
+    options = _options(finding)
     if options:
         text.append_text(said(f"; could be {sentence_list(options)}", "dim"))
     if finding.remedy:
@@ -197,9 +195,7 @@ def _sentence(finding: Finding, kg: Kg) -> Text:
     return text
 
 
-def _options(finding: Finding, kg: Kg) -> list[str]:
-    """The names that would do, unless the sentence says them or it is a property that is meant."""
-    properties = {local(iri) for iri in kg.domain.properties}
-    names = [name for name in finding.candidates if name not in properties]
+def _options(finding: Finding) -> list[str]:
+    """The names that would do, unless the sentence says them."""
     said_already = {*re.findall(r"\w+", finding.message)}
-    return [] if said_already & {*names} else names
+    return [] if said_already & {*finding.candidates} else list(finding.candidates)

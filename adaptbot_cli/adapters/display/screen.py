@@ -111,7 +111,7 @@ class Screen:
             return
         self._shown = self._report.text
         self._gap()
-        self.console.print(plan_table(self._report, self.kg, self.console.width))
+        self.console.print(plan_table(self._report, self.console.width))
         self._last = None
 
     def _gap(self) -> None:
@@ -148,7 +148,7 @@ def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
         return diff_table(result.lessons, deltas, kg, columns, result.report.task.required)
 
     if width < WIDE:
-        return Group(plan_table(report, kg, width, also), Text(), changes(width))
+        return Group(plan_table(report, width, also), Text(), changes(width))
     right = changes(int(width * _MOST_FOR_CHANGES))
     needs = Measurement.get(console, console.options, right).maximum
     right_width = min(needs, int(width * _MOST_FOR_CHANGES))
@@ -156,7 +156,7 @@ def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
     table = Table.grid(padding=(0, _BETWEEN, 0, 0), pad_edge=False)
     table.add_column(width=left_width)
     table.add_column(width=right_width)
-    table.add_row(plan_table(report, kg, left_width, also), right)
+    table.add_row(plan_table(report, left_width, also), right)
     return table
 
 

@@ -1,6 +1,5 @@
 """`adaptbot kg add`, `retract`, `revert`: teaching and taking back, without a task."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -10,10 +9,9 @@ from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
     WorkspaceOption,
-    at_terminal,
     console,
-    domain_name,
-    workspace,
+    home_of,
+    terminal,
 )
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
@@ -33,10 +31,8 @@ def retract(
     """Take back that something is not here, another name, a fact, or a thing with all its facts."""
     from adaptbot_cli.adapters.tables.changes import verdicts
     from adaptbot_cli.session import changing
-    from adaptbot_cli.session.knowing import Home
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     proposal = changing.retract(home, name, prop, value)
     changed = changing.verdicts(home, proposal.delta)
     told = {"plans": _as_json(changed)}
@@ -71,12 +67,10 @@ def revert(
     from adaptbot_cli.adapters.tables.changes import verdicts
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import changing
-    from adaptbot_cli.session.knowing import Home
 
     if (revision is None) == (answer is None):
         raise UsageError("say what to undo: a commit REV, or --answer ID; kg log tells both")
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     if revision is not None and changing.is_answer(revision):
         answer = revision
     if answer is not None:
@@ -114,13 +108,10 @@ def add(
     from rich.text import Text
 
     from adaptbot_cli.adapters.tables.words import count, said
-    from adaptbot_cli.session.knowing import Home
     from adaptbot_cli.session.teaching import teach
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
-    prompts = console(stderr=True) if at_terminal(sys.stdin) and at_terminal(sys.stderr) else None
-    added = teach(home, name, answers, prompts)
+    home = home_of(workspace_dir, domain)
+    added = teach(home, name, answers, terminal())
     out = console()
     for lesson in added.lessons:
         out.print(Text("✓ ", "green") + said(lesson.sentence))

@@ -14,6 +14,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     domain_name,
+    home_of,
     print_json,
     workspace,
 )
@@ -59,10 +60,8 @@ def query(
     """
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import querying
-    from adaptbot_cli.session.knowing import Home
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     text = _text(sparql)
     if update:
         if kg:
@@ -147,11 +146,9 @@ def import_(
     Of a property with one value only, the file's is taken. --replace: the rest is let go.
     """
     from adaptbot_cli.adapters.tables.state import parcel as table
-    from adaptbot_cli.session.knowing import Home
     from adaptbot_cli.session.querying import imported, plain_parcel
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     parcel, proposal = imported(home, files, replace)
     console(stderr=json).print(table(parcel))
     return carry_out(home, proposal, yes=yes, dry_run=dry_run, json=json, told=plain_parcel(parcel))

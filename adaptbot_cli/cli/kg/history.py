@@ -9,9 +9,8 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     WorkspaceOption,
     console,
-    domain_name,
+    home_of,
     print_json,
-    workspace,
 )
 
 
@@ -33,10 +32,9 @@ def log(
     from rich.text import Text
 
     from adaptbot_cli.adapters.tables.history import log as table
-    from adaptbot_cli.session.knowing import Home, chapters
+    from adaptbot_cli.session.knowing import chapters
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     told = list(islice(chapters(home, name), number))
     if json:
         print_json([chapter.as_json(home.words) for chapter in told])
@@ -70,10 +68,9 @@ def diff(
     from adaptbot_cli.adapters.tables.changes import difference, patch_notes
     from adaptbot_cli.adapters.tables.words import said
     from adaptbot_cli.core.changes import as_json, as_update
-    from adaptbot_cli.session.knowing import Home, differences
+    from adaptbot_cli.session.knowing import differences
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     changes, before, after, words = differences(home, a, b)
     if json:
         print_json({"from": before, "to": after, **as_json(changes, words)})
@@ -101,8 +98,7 @@ def why(
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import knowing
 
-    found = workspace(workspace_dir)
-    home = knowing.Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     told = knowing.why(home, name, prop)
     if not json:
         console().print(table(told.name, told.facts, told.history, home.words))

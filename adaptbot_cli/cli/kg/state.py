@@ -11,6 +11,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     domain_name,
+    home_of,
     print_json,
     workspace,
 )
@@ -27,10 +28,8 @@ def status(
     from adaptbot_cli.adapters.tables.state import status as table
     from adaptbot_cli.core.changes import as_json
     from adaptbot_cli.session import standing
-    from adaptbot_cli.session.knowing import Home
 
-    found = workspace(workspace_dir)
-    home = Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     told = standing.status(home)
     words = standing.words_for(home, told.changes) if told.changes else None
     if not json:
@@ -81,10 +80,9 @@ def commit(
     from rich.text import Text
 
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import changing, knowing
+    from adaptbot_cli.session import changing
 
-    found = workspace(workspace_dir)
-    home = knowing.Home(found, domain_name(domain, found))
+    home = home_of(workspace_dir, domain)
     if not message.strip():
         raise UsageError('say what was edited: adaptbot kg commit -m "the kettle has moved"')
     revision = changing.commit_edits(home, message)
