@@ -18,6 +18,7 @@ CODES: dict[str, Code] = {
     "P102": Code("a call that cannot be read"),
     "P103": Code("a step under a condition"),
     "P104": Code("the plan is repeated", blocks=False, open=False),
+    "P105": Code("text among the calls is left out", blocks=False, open=False),
     "E101": Code("unknown action"),
     "E102": Code("wrong number of arguments"),
     "E103": Code("not a value that the action takes"),

@@ -390,6 +390,15 @@ def test_each_answer_of_a_form_can_be_changed_and_others_follow(tmp_path: Path) 
     assert terminal.ends() == ["rack", "no", "yes", UNKNOWN, "yes"]
 
 
+def test_ctrl_c_in_a_form_keeps_what_was_told_there_and_nothing_that_was_only_likely(
+    tmp_path: Path,
+) -> None:
+    for key, said in (("y", ["later", "no", "yes", "later", "later"]), (CTRL_C, None)):
+        terminal = Terminal(tmp_path, "form").sees("heavy").types(DOWN, "n", "y", CTRL_C)
+        terminal.sees("Keep what you have told").types(key)
+        assert terminal.ends(0 if said else 130) == said
+
+
 def test_a_place_of_a_form_is_found_by_typing(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, "form").sees("heavy").types("gre", ENTER).sees("green box")
 

@@ -294,10 +294,13 @@ def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(h
 def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
     with terminal(home, *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}"))
         opened.answers(("What do you know of shallot", CTRL_C))
         opened.answers(("Keep what you have told so far", "y"), ("Keep this", ENTER))
         opened.ends()
-    assert "+ shallot type object" in home.trailers()["Fact-1"]
+    facts = learned(home)
+    assert "+ shallot type object" in facts and "+ shallot obj_location fridge" in facts
+    assert not any("shallot sliceable" in fact for fact in facts)
     assert turns(home)[-1]["turn"] == "finished"
 
 

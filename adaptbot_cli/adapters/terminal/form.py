@@ -10,7 +10,7 @@ from prompt_toolkit.keys import Keys
 
 from adaptbot_cli.adapters.terminal.canvas import Canvas, Line, heading
 from adaptbot_cli.adapters.terminal.words import plain, title
-from adaptbot_cli.core.questions import NO, UNKNOWN, YES, Question, Suggestion
+from adaptbot_cli.core.questions import NO, UNKNOWN, YES, Key, Question, Suggestion
 
 _ANSWERS = {"y": YES, "n": NO, "d": UNKNOWN}
 _SHOWN = {UNKNOWN: "don't know"}
@@ -19,12 +19,14 @@ _LABEL, _VALUE = 22, 16
 
 @dataclass(slots=True)
 class Row:
-    """A question of the form: `value` as it is to be answered, and why it is likely."""
+    """A question of the form: `value` as it is to be answered, why it is likely, and whether the
+    person has told it."""
 
     question: Question
     needed: bool
     value: str = ""
     reason: str = ""
+    told: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +72,21 @@ class Form:
 
     def fill(self, row: int, value: str) -> None:
         """Answer a row and go on to the next."""
-        self.rows[row].value, self.rows[row].reason = value, ""
+        self.rows[row].value, self.rows[row].reason, self.rows[row].told = value, "", True
         self.at = min(row + 1, len(self.rows) - 1)
         self.note = ""
 
-    def answers(self, with_rest: bool) -> dict[tuple[str, str, str, str], str]:
+    def answers(self, with_rest: bool) -> dict[Key, str]:
         """Return the values by question; of what is not needed only where one is given."""
         return {
             row.question.key: self.follows(row) or row.value
             for row in self.rows
             if (row.needed or with_rest) and (self.follows(row) or row.value)
         }
+
+    def told(self) -> dict[Key, str]:
+        """Return what the person has told so far, by question: likely answers are not told."""
+        return {row.question.key: row.value for row in self.rows if row.told and row.value}
 
     def ask(self, canvas: Canvas) -> "bool | Edit | str":
         """Return whether the rest is taken too, a row to edit, or that the person goes back."""

@@ -70,13 +70,14 @@ class AbsentHuman:
         return True
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class TerminalHuman:
     """The person at the terminal that `console` writes to; the keyboard is the terminal's as well.
 
     Answers bear `by` and the time `now` says. Ctrl-C at a question or the review asks whether to
     keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
-    A form answers several questions at once: `told` are the answers to those still to come. With
+    A form answers several questions at once: `told` are the answers to those still to come, also
+    of a form that was left by Ctrl-C; `stopping` when they are all that is still to be had. With
     `edits` a plan is offered for editing before it is executed, whatever is open.
     """
 
@@ -86,25 +87,31 @@ class TerminalHuman:
     told: dict[Key, str] = field(default_factory=dict)
     filled: set[str] = field(default_factory=set)
     edits: bool = False
+    stopping: bool = field(default=False, init=False)
 
     def ask(self, question: Question) -> Answer:
         """Ask one question; `LATER` itself is returned for "ask me later"."""
         if question.key in self.told:
             return self._answer(question, _choice_of(question, self.told.pop(question.key)))
+        if self.stopping:
+            self.stopping = bool(self.told)
+            return LATER if self.told else STOP
         try:
             said = self._said(question)
         except KeyboardInterrupt:
-            return self._stopped(question)
+            self._stop(question)
+            return self.ask(question)
         return self._answer(question, said)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Let the person tell what nothing needs, unless a form has asked for it already."""
         about = questions[0].about
-        if about not in self.filled:
+        if about not in self.filled and not self.stopping:
             try:
                 said = self._fill((), questions)
             except KeyboardInterrupt:
-                return (self._stopped(questions[0]),)
+                self._stop(questions[0])
+                said = True
             if said is None:
                 return (self._back(questions[0]),)
         self.filled.discard(about)
@@ -140,7 +147,7 @@ class TerminalHuman:
 
     def amend(self, turn: Amend) -> PlanEdit | None:
         """Ask for a change of the plan: one key, then what it takes."""
-        if turn.why == "ready" and not self.edits:
+        if self.stopping or (turn.why == "ready" and not self.edits):
             return None
         from adaptbot_cli.adapters.terminal.editing import ask_for_edit
 
@@ -167,13 +174,13 @@ class TerminalHuman:
         self._tell(question.text, f"back to: {before.text}")
         return back(before.key)
 
-    def _stopped(self, question: Question) -> Answer:
-        """After Ctrl-C: keep what was answered, or leave it for later. Ctrl-C again gives up."""
-        told = [a for _, a in question.answered if a.value not in (LATER.value, UNKNOWN)]
-        if not told or not self._prompts().yes(_KEEP):
+    def _stop(self, question: Question) -> None:
+        """After Ctrl-C: keep what was told, and ask no more. Ctrl-C again gives up."""
+        answered = any(a.value not in (LATER.value, UNKNOWN) for _, a in question.answered)
+        if not (answered or self.told) or not self._prompts().yes(_KEEP):
             raise KeyboardInterrupt
         self._tell(_KEEP, "yes")
-        return STOP
+        self.stopping = True
 
     def _above(self, question: Question) -> None:
         """What the person needs to know for the answer: the step, and the names like this one."""
@@ -228,16 +235,20 @@ class TerminalHuman:
 
         form = Form.of(needed, offered)
         while True:
-            said = form.ask(Canvas(self.console))
-            if isinstance(said, Edit):
-                self._edit(form, said.row, said.typed)
-            elif said == BACK:
+            try:
+                said = form.ask(Canvas(self.console))
+                if isinstance(said, Edit):
+                    self._edit(form, said.row, said.typed)
+                    continue
+            except KeyboardInterrupt:
+                self.told.update(form.told())
+                raise
+            if said == BACK:
                 return None
-            else:
-                self.told.update(form.answers(bool(said)))
-                if offered:
-                    self.filled.add(form.rows[0].question.about)
-                return True
+            self.told.update(form.answers(bool(said)))
+            if offered:
+                self.filled.add(form.rows[0].question.about)
+            return True
 
     def _edit(self, form: "Form", row: int, typed: str) -> None:
         question = form.rows[row].question

@@ -7,6 +7,7 @@ from adaptbot_cli.core.parsing.control import Blocks, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
+    LEFT_OUT,
     UNCLOSED_QUOTE,
     Item,
     Reading,
@@ -33,6 +34,7 @@ _SILENT = re.compile(r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|end\s*\w*
 _SENTENCE = re.compile(
     r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
 )
+_HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|\W*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
 _ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
 
 
@@ -82,6 +84,8 @@ class _Reader:
         self._fence_condition = ""
         self._blocks = Blocks()
         self._no_json_before = 0
+        self._after_call = False
+        self._asides: list[Item] = []
 
     def read(self) -> None:
         try:
@@ -96,6 +100,7 @@ class _Reader:
             end = self._line_end(pos)
             if end == pos or self._text[pos:end].isspace():
                 self._blocks.blank()
+                self._end_run()
                 pos = end + 1
                 continue
             self._at = pos
@@ -108,9 +113,11 @@ class _Reader:
         Returns where to go on: the start of a line.
         """
         if self._read_fence(start, end):
+            self._end_run()
             return end + 1
         after = self._read_json(start, end)
         if after:
+            self._end_run()
             return self._scan(after, self._line_end(after), "") + 1
         if self._is_comment(start, end):
             self._separate(start, end)
@@ -174,6 +181,8 @@ class _Reader:
         before = len(self.found.items)
         after = self._scan(content, end, condition)
         if len(self.found.items) > before:
+            self.found.items[before:before] = self._asides
+            self._after_call, self._asides = True, []
             return after
         self._separate(start, end)
         line = self._text[content:end].rstrip()
@@ -181,7 +190,18 @@ class _Reader:
             self._fault(content, line, "it is not a call")
         elif not self._fenced and _ATTEMPT.match(line):
             self._fault(content, line, "a call has its arguments in parentheses")
+        elif self._after_call and not _SILENT.fullmatch(line[:_LONG]):
+            self._note_aside(start, content, line[:_LONG])
         return after
+
+    def _note_aside(self, start: int, content: int, line: str) -> None:
+        """Note a line of prose right behind a call: it counts if a call comes right after it."""
+        if not _HEADING.match(self._text[start:content] + line):
+            self._asides.append(Item(content, line, code=LEFT_OUT))
+
+    def _end_run(self) -> None:
+        """Note that what comes next does not stand right behind a call."""
+        self._after_call, self._asides = False, []
 
     def _is_unknown(self, line: str) -> bool:
         """Tell whether a line of a code block says something that is neither call nor remark."""

@@ -7,6 +7,8 @@ from adaptbot_cli.core.plan import Call
 
 SHOWN = 60
 """How many characters of a source a message quotes."""
+LEFT_OUT = "P105"
+"""The code of an item that is a line of prose among the calls."""
 
 _NAME_LIMIT = 100
 _MOST_ARGS = 500

@@ -2,7 +2,10 @@
 
 from adaptbot_cli.core.parsing.lines import read_text
 from adaptbot_cli.core.parsing.recap import without_repeats
+from adaptbot_cli.core.parsing.scan import LEFT_OUT, Item, shown
 from adaptbot_cli.core.plan import Finding, Parsed, Written
+
+_MOST_LINES = 5
 
 
 def parse(text: str) -> Parsed:
@@ -16,16 +19,32 @@ def parse(text: str) -> Parsed:
     places = _Places(text)
     calls: list[Written] = []
     findings: list[Finding] = []
+    prose: list[tuple[int, int, Item]] = []
     for item in read.items:
         line, column = places.of(item.start)
-        if item.call is None:
+        if item.code == LEFT_OUT:
+            prose.append((line, column, item))
+        elif item.call is None:
             findings.append(Finding(item.code, item.message, line=line, column=column))
         else:
             calls.append(Written(item.call, item.source, line, column))
     if not calls:
         findings.insert(0, Finding("P101", _no_plan(text, findings), line=1, column=1))
+    if prose:
+        findings.append(_left_out(prose))
     kept, repeated = without_repeats(calls, read.gaps)
     return Parsed(kept, tuple(sorted((*findings, *repeated), key=_place)))
+
+
+def _left_out(prose: list[tuple[int, int, Item]]) -> Finding:
+    """Tell of all lines of prose among the calls in one finding."""
+    line, column, first = prose[0]
+    message = f"{shown(first.source)} is no call and is left out"
+    if len(prose) > 1:
+        lines = [str(line) for line, _, _ in prose[1 : _MOST_LINES + 1]]
+        more = " and on" if len(prose) > _MOST_LINES + 1 else ""
+        message += f", and so is what stands in line {', '.join(lines)}{more}"
+    return Finding(LEFT_OUT, f"{message}.", line=line, column=column)
 
 
 def _no_plan(text: str, findings: list[Finding]) -> str:

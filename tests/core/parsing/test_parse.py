@@ -307,6 +307,22 @@ def test_json_that_cannot_be_read_is_a_finding(text: str, expected: list[str], w
     assert why in message(text, "P102")
 
 
+def test_prose_that_stands_among_the_calls_is_left_out_with_a_word_about_it() -> None:
+    text = '1. take("tea")\n2. Pour some tea\n# a remark\n3. wait(5)\nThen rest.\nwait(5)\n'
+    assert lines(text) == ['take("tea")', "wait(5)", "wait(5)"]
+    (found,) = parse(text).findings
+    assert (found.code, found.line, found.column) == ("P105", 2, 4)
+    assert "`Pour some tea` is no call" in found.message and "in line 5." in found.message
+
+    many = "wait(5)\nOn.\n" * 9 + "wait(5)"
+    assert message(many, "P105").endswith("in line 4, 6, 8, 10, 12 and on.")
+
+
+@pytest.mark.parametrize("prose", ["", "# on", "Next:", "**Next**", "## Next", "\nOn.", "On.\n"])
+def test_headings_remarks_and_paragraphs_are_no_prose_among_the_calls(prose: str) -> None:
+    assert parse(f"wait(5)\n{prose}\nwait(5)").findings == ()
+
+
 def test_a_recap_is_dropped_once_told() -> None:
     text = f"```\n{PLAN}```\n\n### Action Sequence Recap:\n\n```\n{PLAN}```\n"
     assert len(parse(text).calls) == 6
