@@ -103,6 +103,10 @@ def _bind(
     slots = _open(action, call, fixed)
     for arg in call.args:
         read = _argument(arg, slots, scene)
+        if (read is None or read.finding) and _no_use(arg, action, slots):
+            why = f"{action.name} takes no number"
+            found_changes.append(Change(arg, "left out", "default", why))
+            continue
         if read is None:
             findings.append(_too_many(action, call))
             break
@@ -123,6 +127,13 @@ def _bind(
         return Sound(call, None, tuple(found_changes), once, action=action)
     proper = render(bound, scene.kg)
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
+
+
+def _no_use(arg: str, action: Action, slots: list[Parameter]) -> bool:
+    """Whether an argument is a number for an action of things that has all it needs without."""
+    if number(arg) is None or any(p.datatype is not None for p in action.visible):
+        return False
+    return all(p.optional or p.default for p in slots)
 
 
 def _open(action: Action, call: Call, fixed: tuple[CalledAs, ...]) -> list[Parameter]:

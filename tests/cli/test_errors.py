@@ -62,6 +62,7 @@ def commands(home: Home) -> dict[str, tuple[int, str, list[str]]]:
         "unknown option": (2, "--fast", ["run", "make tea", "--fast"]),
         "no task": (2, "task", ["run"]),
         "empty task": (2, "make omelette", ["run", " "]),
+        "a slip in a task": (5, 'is it "omelette"', ["run", "make omlete", "--dry-run"]),
         "too few replans": (2, "--replans", ["run", "make tea", "--replans", "-1"]),
         "replans in words": (2, "--replans", ["run", "make tea", "--replans", "two"]),
         "unknown policy": (2, "tutor", ["run", "make tea", "--policy", "fancy"]),

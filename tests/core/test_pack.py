@@ -268,21 +268,21 @@ TASK_ERRORS = [
 @pytest.mark.parametrize(("old", "new", "said"), DOMAIN_ERRORS)
 def test_an_error_in_the_domain(old: str, new: str, said: str) -> None:
     message = problem("domain.ttl", old, new)
-    assert message.startswith("domain.ttl")
+    assert message.startswith("workshop/domain.ttl")
     assert said in message
 
 
 @pytest.mark.parametrize(("old", "new", "said"), ACTION_ERRORS)
 def test_an_error_in_an_action(old: str, new: str, said: str) -> None:
     message = problem("actions.ttl", old, new)
-    assert message.startswith("actions.ttl, entry ")
+    assert message.startswith("workshop/actions.ttl, entry ")
     assert said in message
 
 
 @pytest.mark.parametrize(("old", "new", "said"), TASK_ERRORS)
 def test_an_error_in_a_task(old: str, new: str, said: str) -> None:
     message = problem("tasks.ttl", old, new)
-    assert message.startswith("tasks.ttl, entry ")
+    assert message.startswith("workshop/tasks.ttl, entry ")
     assert said in message
 
 

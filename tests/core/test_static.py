@@ -41,6 +41,14 @@ def test_too_many_arguments() -> None:
     assert messages("open(bench, stove)") == ["open takes at most 1, not 2", "bench has no door"]
 
 
+def test_a_number_for_an_action_that_takes_none_is_left_out_if_nothing_lacks() -> None:
+    understood = sound("put(board, 10 min)")
+    assert understood.call.render() == 'put("board")'
+    assert [change.target for change in understood.changes] == ["left out"]
+    assert codes("press(board, 3, 4)") == ["E102"]
+    assert codes("take_part(5)") == ["E201"]
+
+
 def test_too_few_arguments_say_which() -> None:
     assert messages("press()") == ["press needs part and kilos as well"]
 

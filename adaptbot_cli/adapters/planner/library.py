@@ -11,7 +11,7 @@ import yaml
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.names import affirmed, singulars, words
+from adaptbot_cli.core.names import affirmed, nearest, singulars, words
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
@@ -19,6 +19,9 @@ from adaptbot_cli.errors import ModelError, PackError
 _JINJA = ImmutableSandboxedEnvironment(
     undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
 )
+
+_A_SLIP = 0.75
+"""How like a task's name what was said must be, to be asked about."""
 
 _SLIPS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """What an expression of a template may raise by itself."""
@@ -155,13 +158,19 @@ class Library:
         found = nearest_plan(turn.task.name, read_library(*self.folders))
         if found is None:
             raise ModelError(
-                f'The plan library has nothing near "{turn.task.name}", and no model is '
-                "configured. Name one with --model (any litellm name, such as ollama/llama3.2 or "
+                f'The plan library has nothing near "{turn.task.name}"{self._meant(turn)}, and no '
+                "model is configured. Name one with --model (any litellm name, such as ollama/llama3.2 or "
                 "gpt-4o), in adaptbot.toml or in ADAPTBOT_MODEL, or set a provider's key such as "
                 "OPENAI_API_KEY."
             )
         plan, name = found
         return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
+
+    def _meant(self, turn: Propose) -> str:
+        """The listed task that a slip of the pen in a task's name may mean, for a sentence."""
+        said = " ".join(w for w in words(turn.task.name) if w not in self.domain.fillers)
+        near = nearest(said, self.domain.task_names, 1, _A_SLIP)
+        return f' (is it "{near[0]}" that you mean?)' if near else ""
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what its name adds."""

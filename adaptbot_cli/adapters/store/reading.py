@@ -14,7 +14,7 @@ from adaptbot_cli.core.faults import faults, unknown_needs
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.pack import Sources, examine_domain, read_domain
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, node_of
-from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli.errors import KnowledgeError, PackError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
 FACT_FILES = {"attributes.ttl": ATTRIBUTES, "state.ttl": STATES}
@@ -54,7 +54,11 @@ def load_domain(files: Mapping[str, bytes], where: str) -> Domain:
 def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
     """Read a domain; a process that reads the same files again, as each commit does, need not."""
     given = zip(DOMAIN_FILES, (domain, actions, tasks), strict=True)
-    return read_domain(Sources(*(parse(data, f"{where}/{name}") for name, data in given)))
+    sources = Sources(*(parse(data, f"{where}/{name}") for name, data in given))
+    try:
+        return read_domain(sources)
+    except PackError as error:  # it begins with the file's name
+        raise PackError(f"{where}/{error}") from error
 
 
 def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
