@@ -159,9 +159,9 @@ class Library:
         if found is None:
             raise ModelError(
                 f'The plan library has nothing near "{turn.task.name}"{self._meant(turn)}, and no '
-                "model is configured. Name one with --model (any litellm name, such as ollama/llama3.2 or "
-                "gpt-4o), in adaptbot.toml or in ADAPTBOT_MODEL, or set a provider's key such as "
-                "OPENAI_API_KEY."
+                "model is configured. Name one with --model (any litellm name, such as "
+                "ollama/llama3.2 or gpt-4o), in adaptbot.toml or in ADAPTBOT_MODEL, or set a "
+                "provider's key such as OPENAI_API_KEY."
             )
         plan, name = found
         return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
