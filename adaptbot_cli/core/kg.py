@@ -8,7 +8,7 @@ from typing import Any
 
 import pyoxigraph
 from oxrdflib import OxigraphStore
-from rdflib import RDF, RDFS, Dataset, Graph, Literal, URIRef, Variable
+from rdflib import RDF, RDFS, Dataset, Graph, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
@@ -16,7 +16,7 @@ from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, variants, without_s
 from adaptbot_cli.core.sparql import variables
-from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local
+from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local, term_of
 
 _SIZE = f"""
     SELECT (COUNT(DISTINCT ?s) AS ?nodes) (COUNT(*) AS ?edges) WHERE {{
@@ -36,11 +36,13 @@ class Kg:
 
     The facts live in two named graphs of one store, so that a query sees both. `rehearsal` lets
     effects be tried and takes them back, whatever happens inside. `named_by` are the predicates
-    that hold names.
+    that hold names. Names and classes are learned and never an effect: `store` tells them whatever
+    is being tried, `facts` all that holds now. `engine` is the store below, for what is done most.
     """
 
     domain: Domain
     store: Dataset
+    engine: pyoxigraph.Store
     named_by: tuple[URIRef, ...] = ()
     _graphs: dict[URIRef, Graph] = field(default_factory=dict)
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
@@ -81,7 +83,7 @@ class Kg:
         facts = Dataset(store=OxigraphStore(store=store), default_union=True)
         # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
         facts.namespace_manager = NamespaceManager(facts, bind_namespaces="none")
-        kg = cls(domain, facts, domain.name_properties())
+        kg = cls(domain, facts, store, domain.name_properties())
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg._graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
@@ -94,7 +96,7 @@ class Kg:
 
         What the one learns the other has too, but may have worked out otherwise before.
         """
-        return Kg(domain, self.facts, domain.name_properties())
+        return Kg(domain, self.facts, self.engine, domain.name_properties())
 
     def graph(self, name: URIRef) -> Graph:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
@@ -160,12 +162,18 @@ class Kg:
                     found = {
                         subject
                         for predicate in predicates
-                        for subject in self.facts.subjects(predicate, Literal(text))
-                        if isinstance(subject, URIRef) and self.classes(subject)
+                        for subject in self._called(text, predicate)
+                        if self.classes(subject)
                     }
                     if found:
                         return tuple(sorted(found))
         return ()
+
+    def _called(self, text: str, predicate: URIRef) -> Iterator[URIRef]:
+        value = pyoxigraph.Literal(text)
+        for quad in self.engine.quads_for_pattern(None, term_of(predicate), value, None):
+            if isinstance(quad.subject, pyoxigraph.NamedNode):
+                yield URIRef(quad.subject.value)
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
@@ -181,7 +189,7 @@ class Kg:
         if self._alike is None:
             self._alike = Spellings()
             for predicate in self.named_by:
-                for entity, text in self.facts.subject_objects(predicate):
+                for entity, text in self.store.subject_objects(predicate):
                     self._alike.add(str(text), entity)
         wanted = frozenset(classes)
         found = (self.name(e) for e in self._alike.alike(name) if self.is_a(e, wanted))
@@ -194,8 +202,10 @@ class Kg:
     def name(self, entity: Node) -> str:
         """Return an entity's name, or the end of its IRI."""
         if entity not in self._proper:
-            values = (self.value(entity, predicate) for predicate in self.named_by)
-            self._proper[entity] = next((str(v) for v in values if v is not None), local(entity))
+            found = (
+                min(self.store.objects(entity, p), key=str, default=None) for p in self.named_by
+            )
+            self._proper[entity] = next((str(v) for v in found if v is not None), local(entity))
         return self._proper[entity]
 
     def classes(self, entity: Node) -> frozenset[Node]:
@@ -218,14 +228,14 @@ class Kg:
         return next((kind.label for kind in self._kinds(entity)), "thing")
 
     def _kinds(self, entity: Node) -> list[Kind]:
-        stated = set(self.facts.objects(entity, RDF.type))
+        stated = set(self.store.objects(entity, RDF.type))
         return sorted((k for k in self.domain.kinds.values() if k.iri in stated), key=_iri)
 
     def instances(self, classes: Iterable[Node]) -> list[URIRef]:
         """Return the entities of some classes, sorted by IRI."""
         wanted = set(classes)
         kinds = [k.iri for k in self.domain.kinds.values() if not wanted.isdisjoint(k.supers)]
-        found = {s for kind in kinds for s in self.facts.subjects(RDF.type, kind)}
+        found = {s for kind in kinds for s in self.store.subjects(RDF.type, kind)}
         return sorted(s for s in found if isinstance(s, URIRef))
 
     def delta(self, effect: Effect | None, bindings: Bindings) -> Delta:
@@ -249,7 +259,8 @@ class Kg:
 
     def _holds(self, triple: Triple) -> bool:
         """Whether a fact is there; asked of its own graph, which is quicker than of all."""
-        return triple in self.graph(self.home_of(triple[1]))
+        self._line.settle()
+        return self._quad(triple) in self.engine
 
     def apply(self, delta: Delta) -> None:
         """Change the graph; inside a `rehearsal` the change is taken back at its end."""
@@ -304,9 +315,14 @@ class Kg:
 
     def _write(self, delta: Delta) -> None:
         for triple in delta.removed:
-            self._graph(self.home_of(triple[1])).remove(triple)
+            self.engine.remove(self._quad(triple))
         for triple in delta.added:
-            self._graph(self.home_of(triple[1])).add(triple)
+            self.engine.add(self._quad(triple))
+
+    def _quad(self, triple: Triple) -> pyoxigraph.Quad:
+        """A fact in its own graph, as the engine holds it."""
+        subject, predicate, value = map(term_of, triple)
+        return pyoxigraph.Quad(subject, predicate, value, term_of(self.home_of(triple[1])))
 
     def size(self) -> tuple[int, int]:
         """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""

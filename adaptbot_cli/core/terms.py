@@ -1,5 +1,8 @@
 """The small vocabulary in which a domain pack tells the tool about its data."""
 
+from functools import lru_cache
+from typing import Any
+
 import pyoxigraph
 from rdflib import BNode, Literal, Namespace, URIRef
 from rdflib.term import Node
@@ -54,6 +57,26 @@ def node_of(term: object) -> Node:
             return Literal(term.value, lang=term.language)
         return Literal(term.value, datatype=URIRef(term.datatype.value))
     raise ValueError(f"{term} is no IRI, blank node or literal")
+
+
+@lru_cache(maxsize=65536)
+def term_of(node: Node) -> Any:
+    """Return an rdflib term as the engine's. Raises ValueError for what is no term."""
+    if isinstance(node, URIRef):
+        return pyoxigraph.NamedNode(node)
+    if isinstance(node, BNode):
+        return pyoxigraph.BlankNode(node)
+    if isinstance(node, Literal):
+        if node.language:
+            return pyoxigraph.Literal(node, language=node.language)
+        datatype = pyoxigraph.NamedNode(node.datatype) if node.datatype else None
+        return pyoxigraph.Literal(node, datatype=datatype)
+    raise ValueError(f"{node} is no IRI, blank node or literal")
+
+
+def triple_of(triple: pyoxigraph.Triple) -> Triple:
+    """Return a triple of the engine as rdflib's."""
+    return node_of(triple.subject), node_of(triple.predicate), node_of(triple.object)
 
 
 ACTION_PARTS = frozenset({AB.parameter, AB.requires, AB.calledAs})

@@ -8,6 +8,7 @@ from pathlib import Path
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from adaptbot_cli import session
+from adaptbot_cli.adapters.store import reading
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.workspace import Workspace
@@ -36,7 +37,12 @@ pour_contents("pot", "cup")
 def test_check_and_execute(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None:
     kg = session.load(Workspace(tmp_path / "none"), "kitchen")
     task = task_for("make tea", kg)
-    result: Result = benchmark(session.check, PLAN, task, kg)
+
+    def check() -> Result:
+        kg.forget()  # a plan looked at again is answered from memory
+        return session.check(PLAN, task, kg)
+
+    result: Result = benchmark(check)
     assert result.goal_met and len(result.report.steps) == 13
     seconds = float(benchmark.stats.stats.median)
     table.add("check and execute 13 steps", seconds, None, "below 15 ms")
@@ -45,5 +51,10 @@ def test_check_and_execute(benchmark: BenchmarkFixture, table: Table, tmp_path: 
 
 def test_load(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None:
     workspace = Workspace(tmp_path / "none")
-    benchmark.pedantic(session.load, args=(workspace, "kitchen"), rounds=10, warmup_rounds=1)
+
+    def load() -> None:
+        reading._domain.cache_clear()  # a pack read again in one process is remembered
+        session.load(workspace, "kitchen")
+
+    benchmark.pedantic(load, rounds=10, warmup_rounds=1)
     table.add("load the kitchen", float(benchmark.stats.stats.median), None, "")

@@ -37,6 +37,8 @@ COMMANDS = {
         "",
     ),
 }
+LIVE = ["-m", "adaptbot_cli", "run", "make omelette", "--dry-run", "--model", "openai/none"]
+"""A run with a live model; that nobody listens there is told after the first line."""
 _medians: dict[str, float] = {}
 
 
@@ -71,3 +73,26 @@ def test_command(name: str, benchmark: BenchmarkFixture, table: Table, tmp_path:
     arguments, goal = COMMANDS[name]
     seconds = median(benchmark, Home(tmp_path), arguments)
     table.add(name, seconds, _medians["empty"], goal)
+
+
+def test_first_line_of_a_live_run(
+    benchmark: BenchmarkFixture, table: Table, tmp_path: Path
+) -> None:
+    home = Home(tmp_path)
+    address = ["--api-base", "http://127.0.0.1:9/v1"]
+
+    def start() -> None:
+        with subprocess.Popen(
+            [sys.executable, *LIVE, *address],
+            cwd=home.folder,
+            env={**home.environment(), "OPENAI_API_KEY": "none"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        ) as process:
+            assert process.stdout is not None and process.stdout.read(1)
+            process.kill()
+
+    benchmark.pedantic(start, rounds=ROUNDS, warmup_rounds=1)
+    seconds = float(benchmark.stats.stats.median)
+    table.add("first line of a run with a live model", seconds, _medians["empty"], "0.5 s")

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pyoxigraph
-from rdflib import BNode, Literal, URIRef
+from rdflib import BNode
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.turtle import serialize
-from adaptbot_cli.core.terms import Triple, node_of
+from adaptbot_cli.core.terms import Triple, node_of, term_of, triple_of
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 FORMATS: Mapping[str, Any] = {
@@ -54,7 +54,7 @@ def read_graph(paths: Sequence[Path]) -> Given:
         try:
             form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
             parser = pyoxigraph.parse(io.BytesIO(data), format=form)
-            triples += [_triple(quad.triple) for quad in parser]
+            triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
         except (SyntaxError, ValueError) as error:
             problem = error.msg if isinstance(error, SyntaxError) else error
@@ -81,20 +81,11 @@ def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str
 def term(node: Node) -> Any:
     """Return a term as the engine's. Raises KnowledgeError for what is no term."""
     try:
-        if isinstance(node, BNode):
+        if isinstance(node, BNode):  # whose names may be anything in rdflib
             return pyoxigraph.BlankNode("b" + str(node).encode().hex())
-        if isinstance(node, URIRef):
-            return pyoxigraph.NamedNode(str(node))
-        if isinstance(node, Literal):
-            datatype = pyoxigraph.NamedNode(str(node.datatype)) if node.datatype else None
-            return pyoxigraph.Literal(str(node), datatype=datatype, language=node.language)
+        return term_of(node)
     except ValueError as error:
         raise KnowledgeError(f"{str(node)!r} cannot stand in a graph: {error}") from error
-    raise KnowledgeError(f"{node!r} is neither an IRI nor a literal")
-
-
-def _triple(triple: pyoxigraph.Triple) -> Triple:
-    return node_of(triple.subject), node_of(triple.predicate), node_of(triple.object)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +114,7 @@ def ask(
     try:
         found = store.query(query, prefixes=dict(prefixes))
         if isinstance(found, pyoxigraph.QueryTriples):
-            return Answered(graph=frozenset(_triple(triple) for triple in found))
+            return Answered(graph=frozenset(triple_of(triple) for triple in found))
         form = pyoxigraph.QueryResultsFormat.JSON
         told = (found.serialize(format=form) or b"").decode("utf-8")
         if isinstance(found, pyoxigraph.QueryBoolean):
@@ -156,7 +147,7 @@ def update(
         raise UsageError(
             "write facts without GRAPH: which graph each belongs to is said by its predicate"
         )
-    found = frozenset(_triple(quad.triple) for quad in quads)
+    found = frozenset(triple_of(quad.triple) for quad in quads)
     if not schema <= found:
         raise UsageError("classes are declared in domain.ttl; edit that file to change them")
     return found - schema

@@ -13,7 +13,7 @@ from adaptbot_cli.adapters.store.git import Commit, Repo
 from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
 from adaptbot_cli.core.changes import Changes, Entry
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.terms import AB, Triple, local, node_of
+from adaptbot_cli.core.terms import AB, Triple, local, node_of, triple_of
 from adaptbot_cli.errors import KnowledgeError
 
 ALL_FILES = (*FACT_FILES, "actions.ttl", "tasks.ttl", "domain.ttl")
@@ -83,7 +83,7 @@ class Versions:
     def facts(self, files: Mapping[str, bytes]) -> frozenset[Triple]:
         """Return the single facts of some files. Raises KnowledgeError as `between` does."""
         found = (t for reading in self._readings(files).values() for t in reading.facts)
-        return frozenset(map(_triple, found))
+        return frozenset(map(triple_of, found))
 
     def _readings(self, files: Mapping[str, bytes]) -> dict[str, Reading]:
         return {name: self._reading(name, data) for name, data in files.items()}
@@ -188,7 +188,7 @@ def _own_changes(before: Sequence[Mapping[str, Reading]], after: Mapping[str, Re
     old = [_all_facts(version) for version in before]
     some = frozenset[pyoxigraph.Triple]().union(*old)
     every = frozenset.intersection(*old) if old else frozenset()
-    delta = Delta(frozenset(map(_triple, every - now)), frozenset(map(_triple, now - some)))
+    delta = Delta(frozenset(map(triple_of, every - now)), frozenset(map(triple_of, now - some)))
     return Changes(delta, tuple(_entries(before, after)))
 
 
@@ -210,7 +210,3 @@ def _entries(
                 yield Entry("removed", name, entry)
             else:
                 yield Entry("changed" if any(told) else "added", name, entry)
-
-
-def _triple(triple: pyoxigraph.Triple) -> Triple:
-    return node_of(triple.subject), node_of(triple.predicate), node_of(triple.object)
