@@ -77,6 +77,7 @@ def workers(world: World, rules: Rules, jobs: int) -> Iterator[ProcessPoolExecut
     try:
         pool.submit(_ready).result()
         yield pool
+        pool.shutdown()
     except BrokenProcessPool as error:
         raise AdaptbotError("a process that ran trials has died; try --jobs 1") from error
     finally:
