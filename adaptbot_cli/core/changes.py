@@ -1,7 +1,7 @@
 """What changed between two versions of a home's knowledge, fact by fact and by name."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from rdflib import RDF, RDFS, URIRef
@@ -9,6 +9,7 @@ from rdflib import Literal as Value
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.describing import plainly
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.terms import AB, Triple, local
 
@@ -86,6 +87,24 @@ def _edits(sides: Mapping[Node, tuple[list[Node], list[Node]]], words: "Words") 
         yield from (Edit(predicate, new=value) for value in added)
 
 
+def told(delta: Delta, words: "Words") -> list[Edited]:
+    """Group a change as people read it: the parts of an action with the action, and its effect in
+    the words that explain it."""
+    things = grouped(delta, words)
+    edits = [edit for thing in things for edit in thing.edits]
+    parts = {value for e in edits if e.predicate in _PARTS for value in (e.old, e.new)}
+    explained = {t.entity for t in things for edit in t.edits if edit.predicate == AB.explain}
+    shown = (
+        replace(t, edits=tuple(e for e in t.edits if e.predicate != AB.effect))
+        if t.entity in explained
+        else t
+        for t in things
+    )
+    return [thing for thing in shown if thing.entity not in parts]
+
+
+_PARTS = frozenset({AB.parameter, AB.parameters, AB.requires})
+
 _TERMS: Mapping[Node, str] = {
     RDF.type: "kind",
     AB.alias: "also called",
@@ -94,6 +113,7 @@ _TERMS: Mapping[Node, str] = {
     RDFS.label: "name",
     AB.explain: "explained as",
     AB.parameter: "takes",
+    AB.requires: "refused where",
 }
 
 
@@ -106,13 +126,17 @@ class Words:
 
     @classmethod
     def of(cls, domain: Domain, *versions: Iterable[Triple]) -> "Words":
-        """Take the names from some facts; those given first go before the others."""
-        named_by = {*domain.name_properties(), RDFS.label}
+        """Take the names from some facts; those given first go before the others.
+
+        A part of a taught action is called by its name there, or by what is said without it.
+        """
+        named_by = {*domain.name_properties(), RDFS.label, AB.name, AB.message}
         names: dict[Node, str] = {}
         for facts in versions:
             for subject, predicate, value in facts:
                 if predicate in named_by and isinstance(value, Value):
-                    names.setdefault(subject, str(value))
+                    text = plainly(str(value)) if predicate == AB.message else str(value)
+                    names.setdefault(subject, text)
         return cls(domain, names)
 
     def also(self, facts: Iterable[Triple]) -> "Words":

@@ -47,16 +47,16 @@ def action(kg: Kg, found: Action) -> dict[str, Any]:
                     "of": needed.of,
                     "attribute": local(needed.prop),
                     "value": _plain(needed.value),
-                    "if_not": _plainly(needed.message),
+                    "if_not": plainly(needed.message),
                 }
                 for needed in found.attributes
             ),
             *(
-                {"holds": _one_line(c.query), "if_not": _plainly(c.message)}
+                {"holds": _one_line(c.query), "if_not": plainly(c.message)}
                 for c in found.conditions
             ),
         ],
-        "advises": [_plainly(condition.message) for condition in found.advises],
+        "advises": [plainly(condition.message) for condition in found.advises],
         "changes": {
             "removes": [_template(triple) for triple in effect.deletes] if effect else [],
             "adds": [_template(triple) for triple in effect.inserts] if effect else [],
@@ -87,8 +87,8 @@ def _template(triple: tuple[Node, Node, Node]) -> str:
     )
 
 
-def _plainly(message: str) -> str:
-    """A message of the domain with its parameters by name, for none has a value here."""
+def plainly(message: str) -> str:
+    """Return a message of the domain with its parameters by name, where none has a value."""
     return _NAMED.sub(r"\1", message)
 
 
@@ -105,7 +105,7 @@ def task(found: Task, domain: Domain) -> dict[str, Any]:
         "task": found.name,
         "also_called": names,
         "needs": list(found.required),
-        "done_unless": [_plainly(goal.message) for goal in (*domain.goals, *found.goals)],
+        "done_unless": [plainly(goal.message) for goal in (*domain.goals, *found.goals)],
     }
 
 

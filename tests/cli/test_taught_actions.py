@@ -49,6 +49,14 @@ def test_why_tells_the_answer(taught: Home, name: str) -> None:
     assert told.code == 0 and "make a snack" in told.said
 
 
+def test_the_difference_is_told_in_words_and_whole_to_programs(taught: Home) -> None:
+    said = taught.adaptbot("kg", "diff", "HEAD~1", "HEAD").said
+    assert "refused where" in said and "explained as" in said
+    assert "DELETE" not in said and "_needs_1" not in said
+    plain = taught.adaptbot("kg", "diff", "HEAD~1", "HEAD", "--json").out
+    assert "DELETE" in plain and "_needs_1" in plain
+
+
 def test_the_log_tells_the_answers_and_no_entry_besides(taught: Home) -> None:
     told = taught.adaptbot("kg", "log", "-n", "1").said
     assert "activate is switch with state on" in told and "switch changed" not in told

@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from adaptbot_cli.adapters.tables.words import count, indented, said
-from adaptbot_cli.core.changes import Changes, Edit, Edited, Words, grouped
+from adaptbot_cli.core.changes import Changes, Edit, Edited, Words, told
 
 _SIGNS = {"added": ("+", "green"), "removed": ("-", "red"), "changed": ("~", "yellow")}
 _WHOLE = {"added": "new", "removed": "gone", "changed": ""}
@@ -15,7 +15,7 @@ _MOST_SHOWN = 40
 
 def difference(changes: Changes, words: Words, most: int | None = None) -> RenderableType:
     """Show a change by thing; of more than `most` things only the first, the rest counted."""
-    things = grouped(changes.delta, words)
+    things = told(changes.delta, words)
     shown = things if most is None else things[:most]
     parts: list[RenderableType] = []
     for thing in shown:
@@ -38,14 +38,14 @@ def preview(changes: Changes, words: Words) -> RenderableType:
 
 def summary(changes: Changes, things: Sequence[Edited]) -> Text:
     """Count what a change comes to."""
-    told = [
+    counted = [
         count(sum(1 for thing in things if thing.sign == sign), "thing") + f" {word}"
         for sign, word in (("added", "new"), ("removed", "gone"), ("changed", "changed"))
         if any(thing.sign == sign for thing in things)
     ]
     facts = f"{count(len(changes.delta.added), 'fact')} added, {len(changes.delta.removed)} removed"
     entries = [count(len(changes.entries), "entry", "entries")] if changes.entries else []
-    return Text(" · ".join([", ".join(told) or "nothing", facts, *entries]), "dim")
+    return Text(" · ".join([", ".join(counted) or "nothing", facts, *entries]), "dim")
 
 
 def _title(thing: Edited, words: Words) -> Text:
