@@ -88,6 +88,7 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
             return
         if answer.value == STOP.value:
             run.stopped, answer = True, LATER
+        run.stopped = run.stopped or answer.last
         yield from _learn(run, report, each, answer)
 
 
@@ -98,6 +99,7 @@ def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generat
     answered = tuple(run.asked.values())
     ready = tuple(replace(question, answered=answered) for question in questions)
     answers: tuple[Answer, ...] = yield Offer(ready)
+    run.stopped = any(answer.last for answer in answers)
     for question, answer in zip(questions, answers, strict=True):
         if answer.value != LATER.value and forms.is_open(question, run.scene):
             yield from _learn(run, report, question, answer)

@@ -148,20 +148,23 @@ class Journal:
     def _offer(self, questions: tuple[Question, ...]) -> Generator[Turn, Any, tuple[Answer, ...]]:
         """Offer only what has not been offered before, or is to be corrected."""
         left = tuple(self._prepared(q) for q in questions if q.key not in self.answers)
+        stops = False
         if left:
             self.quiet = False
             told = yield Offer(left)
+            stops = any(answer.last for answer in told or ())
             for question, answer in zip(left, told or (), strict=False):
                 self._note(question, answer)
             for question in left:
                 self.answers.setdefault(question.key, LATER)
-        return tuple(self.answers[question.key] for question in questions)
+        answers = [self.answers[question.key] for question in questions]
+        return (*answers[:-1], replace(answers[-1], last=stops))
 
     def _note(self, question: Question, answer: Answer) -> Answer:
         if answer.to is not None:
             raise GoBack(answer.to)
         if answer.value not in (STOP.value, EDIT):
-            self.answers[question.key] = answer
+            self.answers[question.key] = replace(answer, last=False)
             self.follows[question.key] = question.follows
         return answer
 

@@ -9,7 +9,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Domain, Kind, Property
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.names import normal, sound
 from adaptbot_cli.core.questions import (
     LATER,
     NO,
@@ -191,7 +191,7 @@ def attribute_value(kg: Kg, prop: Property, answer: str) -> Node | None:
     if prop.range in kg.domain.kinds:
         found = [entity for entity in kg.find(answer) if kg.is_a(entity, [prop.range])]
         return found[0] if found else None
-    value = Literal(answer.strip(), datatype=prop.range)
+    value = Literal(sound(answer.strip()), datatype=prop.range)
     return None if value.ill_typed else value
 
 

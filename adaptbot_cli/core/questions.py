@@ -9,6 +9,8 @@ QuestionKind = Literal[
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]
 """What makes two questions the same one: kind, about, prop, subject."""
+IN_FORMS: tuple[QuestionKind, ...] = ("place", "attribute", "value")
+"""The kinds of questions that several of one thing stand together on a form."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +88,15 @@ class Answer:
     `value` is the value of a choice, or "is NAME" for another name of a known item or action, or
     "new NAME" for a place that is not known yet, or "later" when nobody is there to say; "back" if
     the person wants to answer the question with the key `to` again, "stop" if no more is to be
-    asked. `by` names the person, `at` is an ISO time; both are the human port's to fill in.
+    asked. `by` names the person, `at` is an ISO time; both are the human port's to fill in. After
+    the `last` answer no more is to be asked either.
     """
 
     value: str
     by: str = ""
     at: str = ""
     to: Key | None = None
+    last: bool = False
 
     @property
     def same_as(self) -> str:

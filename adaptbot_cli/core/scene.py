@@ -7,12 +7,9 @@ from rdflib import URIRef
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.names import nearest, normal, words
+from adaptbot_cli.core.names import normal, words
 from adaptbot_cli.core.plan import Call, Task
 from adaptbot_cli.core.words import Related
-
-_A_SLIP = 0.85
-"""How like a word of the dish a word must be to be the same, written differently."""
 
 
 @dataclass(slots=True)
@@ -71,7 +68,6 @@ class Scene:
         if not self.domain.products:
             return False  # nothing is made in this domain: a task's words name things
         meant = self.domain.products | dish
-        parts = {next(iter(nearest(part, dish, 1, _A_SLIP)), part) for part in parts}
         return (bool(parts & meant) and parts - needed <= meant) or (bool(parts) and parts <= made)
 
     def sets_aside(self, name: str, subject: str) -> bool:

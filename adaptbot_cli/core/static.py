@@ -103,7 +103,7 @@ def _bind(
     slots = _open(action, call, fixed)
     for arg in call.args:
         read = _argument(arg, slots, scene)
-        if (read is None or read.finding) and _no_use(arg, action, slots):
+        if (read is None or read.finding) and _no_use(arg, action, slots, scene):
             why = f"{action.name} takes no number"
             found_changes.append(Change(arg, "left out", "default", why))
             continue
@@ -129,9 +129,16 @@ def _bind(
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
 
 
-def _no_use(arg: str, action: Action, slots: list[Parameter]) -> bool:
-    """Whether an argument is a number for an action of things that has all it needs without."""
-    if number(arg) is None or any(p.datatype is not None for p in action.visible):
+def _no_use(arg: str, action: Action, slots: list[Parameter], scene: Scene) -> bool:
+    """Whether an argument is a number for an action of things that has all it needs without.
+
+    It may have a unit that some action knows: "2 pots" are no number.
+    """
+    found = number(arg)
+    if found is None or any(p.datatype is not None for p in action.visible):
+        return False
+    units = {u for a in scene.domain.actions.values() for p in a.parameters for u in p.units}
+    if found[1] and found[1] not in units:
         return False
     return all(p.optional or p.default for p in slots)
 

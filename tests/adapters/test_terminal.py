@@ -32,6 +32,7 @@ UP, DOWN, ESCAPE, ENTER, CTRL_C = "\x1b[A", "\x1b[B", "\x1b", "\r", "\x03"
 
 DRIVER = """
 import json, sys
+from dataclasses import replace
 from rich.console import Console
 from tests.adapters.test_terminal import LESSONS, QUESTIONS, STEPS
 from adaptbot_cli.adapters.terminal import TerminalHuman
@@ -53,7 +54,12 @@ try:
         said = [answer.value, answer.by, answer.at]
         question = QUESTIONS[sys.argv[1]]
         if answer.to or question.together or question.offered:
-            rest = [human.ask(each).value for each in question.together]
+            later = question.together
+            asked = [
+                replace(each, together=later[n + 1 :], offered=question.offered)
+                for n, each in enumerate(later)
+            ]
+            rest = [human.ask(each).value for each in asked]
             if question.offered:
                 rest += [each.value for each in human.offer(question.offered)]
             said = [answer.value, list(answer.to)] if answer.to else [answer.value, *rest]

@@ -1,7 +1,7 @@
 """The dialogue as a whole: back, corrections, interruptions, reviews in part, contradictions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
@@ -151,6 +151,21 @@ class Fickle(Person):
         self.review_back.append(question.key)
         self.live.append(question.key)
         return Answer(wrong, "ann")
+
+
+class Leaving(Person):
+    """Says with one answer that it is the last one."""
+
+    def answer(self, question: Question) -> Answer:
+        return replace(super().answer(question), last=name(question) == "in slab")
+
+
+def test_after_the_last_answer_nothing_is_asked_or_planned_any_more() -> None:
+    person = Leaving(STRAIGHT)
+    result, _ = drive(person)
+    assert person.live[-1] == ("place", "slab", "in", "item")
+    assert sum(isinstance(turn, Propose) for turn in person.seen) == 1
+    assert any("bench" in lesson.sentence for lesson in result.lessons)
 
 
 WRONG = {

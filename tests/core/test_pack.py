@@ -251,6 +251,16 @@ ACTION_ERRORS = [
     ),
     (
         '"INSERT { ?thing w:on true } WHERE {}"',
+        '"INSERT { ?thing a w:tool } WHERE {}"',
+        "entry light: ab:effect changes type, which says what a thing is",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
+        "\"INSERT { ?thing w:called 'lamp' } WHERE {}\"",
+        "entry light: ab:effect changes called, which says what a thing is",
+    ),
+    (
+        '"INSERT { ?thing w:on true } WHERE {}"',
         '"DROP GRAPH w:x"',
         "entry light: ab:effect must be a SPARQL update",
     ),

@@ -47,6 +47,7 @@ def test_a_number_for_an_action_that_takes_none_is_left_out_if_nothing_lacks() -
     assert [change.target for change in understood.changes] == ["left out"]
     assert codes("press(board, 3, 4)") == ["E102"]
     assert codes("take_part(5)") == ["E201"]
+    assert codes("put(board, 2 benches)") == ["E201"]
 
 
 def test_too_few_arguments_say_which() -> None:

@@ -10,7 +10,7 @@ from prompt_toolkit.keys import Keys
 
 from adaptbot_cli.adapters.terminal.canvas import Canvas, Line, heading
 from adaptbot_cli.adapters.terminal.words import plain, title
-from adaptbot_cli.core.questions import NO, UNKNOWN, YES, Key, Question, Suggestion
+from adaptbot_cli.core.questions import IN_FORMS, NO, UNKNOWN, YES, Key, Question, Suggestion
 
 _ANSWERS = {"y": YES, "n": NO, "d": UNKNOWN}
 _SHOWN = {UNKNOWN: "don't know"}
@@ -201,5 +201,5 @@ def _hint(form: Form) -> str:
 def answered_by_form(question: Question) -> bool:
     """Tell whether a question belongs on a form: others come with it, or a likely answer."""
     several = bool(question.together or question.offered)
-    typed: Any = question.kind in ("place", "attribute", "value")
+    typed: Any = question.kind in IN_FORMS
     return bool(typed and (several or question.suggested))

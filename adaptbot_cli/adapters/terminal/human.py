@@ -16,6 +16,7 @@ from adaptbot_cli.core.questions import (
     EDIT,
     EXISTS,
     FIXED,
+    IN_FORMS,
     LATER,
     NEW,
     NO,
@@ -91,11 +92,10 @@ class TerminalHuman:
 
     def ask(self, question: Question) -> Answer:
         """Ask one question; `LATER` itself is returned for "ask me later"."""
+        if self.stopping:
+            return self._left(question)
         if question.key in self.told:
             return self._answer(question, _choice_of(question, self.told.pop(question.key)))
-        if self.stopping:
-            self.stopping = bool(self.told)
-            return LATER if self.told else STOP
         try:
             said = self._said(question)
         except KeyboardInterrupt:
@@ -116,10 +116,14 @@ class TerminalHuman:
                 return (self._back(questions[0]),)
         self.filled.discard(about)
         told = [(question, self.told.pop(question.key, "")) for question in questions]
-        return tuple(
+        answers = [
             self._answer(question, _choice_of(question, value)) if value else LATER
             for question, value in told
-        )
+        ]
+        if self.stopping:
+            self.stopping = False
+            answers[-1] = replace(answers[-1], last=True)
+        return tuple(answers)
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
         """Show everything learned, and ask whether to keep it, which part, or what to correct."""
@@ -181,6 +185,19 @@ class TerminalHuman:
             raise KeyboardInterrupt
         self._tell(_KEEP, "yes")
         self.stopping = True
+
+    def _left(self, question: Question) -> Answer:
+        """Give what was told before Ctrl-C; nothing more is asked after the last of it."""
+        value = self.told.pop(question.key, "")
+        if question.kind in IN_FORMS:
+            to_come = {other.key for other in (*question.together, *question.offered)}
+            for key in self.told.keys() - to_come:
+                del self.told[key]  # it is not asked any more, as another answer tells it
+        self.stopping = bool(self.told)
+        if not value:
+            return LATER if self.told else STOP
+        answer = self._answer(question, _choice_of(question, value))
+        return replace(answer, last=not self.told)
 
     def _above(self, question: Question) -> None:
         """What the person needs to know for the answer: the step, and the names like this one."""

@@ -146,7 +146,7 @@ def told_of_reply(turn: Turn, reply: object) -> Document:
             return {"reply": reply.text, **calls, **spent, **cost, **failed}
         case Answer():
             to = {"to": told_of_key(reply.to)} if reply.to is not None else {}
-            return {"answer": reply.value, **to, **_by(reply)}
+            return {"answer": reply.value, **to, **_last(reply), **_by(reply)}
         case Edit():
             return _edit(turn, reply)
         case tuple() if isinstance(turn, Offer):
@@ -184,6 +184,10 @@ def edit_of(document: Document) -> Edit:
     return Edit(kind, document.get("step", 0), document.get("to", 0), str(text), by, at)
 
 
+def _last(*answers: Answer) -> Document:
+    return {"last": True} if any(answer.last for answer in answers) else {}
+
+
 def _by(answer: Answer | Edit) -> Document:
     return {key: value for key, value in (("by", answer.by), ("at", answer.at)) if value}
 
@@ -199,7 +203,7 @@ def _offered(turn: Offer, answers: tuple[Answer, ...]) -> Document:
         if answer.value != LATER.value
     ]
     by = _by(given[0][1]) if given else {}
-    return {"answers": {prop: answer.value for prop, answer in given}, **by}
+    return {"answers": {prop: answer.value for prop, answer in given}, **_last(*answers), **by}
 
 
 def finished(result: Result) -> Document:

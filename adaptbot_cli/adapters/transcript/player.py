@@ -1,7 +1,7 @@
 """Plays a transcript again: planner, human and store of a replay, and the judge of it."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +24,8 @@ from adaptbot_cli.errors import ReplayError
 
 _GIVEN_BACK = frozenset(
     {
-        *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "by", "at"),
-        *("answers", "kept", "left_out", "back", "revision"),
+        *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "last", "by"),
+        *("at", "answers", "kept", "left_out", "back", "revision"),
         *("edit", "step", "call", "reason", "plan"),
     }
 )
@@ -82,7 +82,8 @@ class Player:
         """Give the recorded answer."""
         value = said(self._given("answer"))
         to = key_of(self._given("to")) if value == "back" else None
-        return Answer(value, self.current.get("by", ""), str(self.current.get("at", "")), to)
+        by, at = self.current.get("by", ""), str(self.current.get("at", ""))
+        return Answer(value, by, at, to, self.current.get("last") is True)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Give what was told besides; without an `offer` in the transcript, nothing."""
@@ -91,9 +92,11 @@ class Player:
             return (back(to),)
         given = self.current.get("answers") or {}
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))
-        return tuple(
+        told = [
             Answer(said(given[q.prop]), by, at) if q.prop in given else LATER for q in questions
-        )
+        ]
+        told[-1] = replace(told[-1], last=self.current.get("last") is True)
+        return tuple(told)
 
     def amend(self, turn: Amend) -> Edit | None:
         """Give the recorded edit, if there is one here."""

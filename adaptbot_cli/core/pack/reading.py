@@ -73,7 +73,18 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         advice=_goals(domain, AB.advice),
         aliases=tuple(domain.texts(AB.alias)),
     )
+    _check_effects(read, notes)
     return read, notes
+
+
+def _check_effects(domain: Domain, notes: Notes) -> None:
+    """Note each effect on what things are or are called, which is worked out once and kept."""
+    lasting = {RDF.type, RDFS.subClassOf, *domain.name_properties()}
+    for action in domain.actions.values():
+        for predicate in sorted(lasting & (action.effect.predicates if action.effect else set())):
+            told = f"ab:effect changes {local(predicate)}, which says what a thing is or is called"
+            remedy = "let it change a state; kinds and names are for people to teach"
+            notes.add(f"actions.ttl, entry {local(action.iri)}", told, remedy)
 
 
 def _the_domain(graph: Graph, notes: Notes) -> Entry:

@@ -1,9 +1,17 @@
 """Plans that are written as JSON or as tool calls: the steps in a value."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from adaptbot_cli.core.parsing.literals import Node, read_literal
-from adaptbot_cli.core.parsing.scan import Item, conditional, keep_argument, read_args, shown
+from adaptbot_cli.core.parsing.scan import (
+    LEFT_OUT,
+    Item,
+    conditional,
+    keep_argument,
+    read_args,
+    shown,
+)
 from adaptbot_cli.core.plan import Call
 
 Reader = Callable[[str], Sequence[Item]]
@@ -146,7 +154,10 @@ def _args(node: Node) -> list[str] | None:
 def _moved(items: Sequence[Item], node: Node, text: str) -> list[Item]:
     """Place what a string holds where the string stands."""
     source = _source(node, text)
-    return [Item(node.start, source, item.call, item.code, item.message) for item in items]
+    return [
+        replace(item, start=node.start, source=item.source if item.code == LEFT_OUT else source)
+        for item in items
+    ]
 
 
 def _unread(node: Node, text: str, why: str) -> Item:

@@ -318,6 +318,11 @@ def test_prose_that_stands_among_the_calls_is_left_out_with_a_word_about_it() ->
     assert message(many, "P105").endswith("in line 4, 6, 8, 10, 12 and on.")
 
 
+def test_prose_in_a_string_of_json_is_told_by_itself() -> None:
+    text = '{"steps": ["take(1)\\nThen rest\\nwait(5)"]}'
+    assert "`Then rest` is no call" in message(text, "P105")
+
+
 @pytest.mark.parametrize("prose", ["", "# on", "Next:", "**Next**", "## Next", "\nOn.", "On.\n"])
 def test_headings_remarks_and_paragraphs_are_no_prose_among_the_calls(prose: str) -> None:
     assert parse(f"wait(5)\n{prose}\nwait(5)").findings == ()
