@@ -426,7 +426,7 @@ def test_a_template_may_use_everything_that_turtle_has() -> None:
     kg = replaced(
         "actions.ttl",
         '"INSERT { ?thing w:on true } WHERE {}"',
-        "\"INSERT { ?thing w:on true, false ; w:called 'who? me', 'a.b' . } WHERE { }\"",
+        "\"INSERT { ?thing w:on true, false ; w:on 'who? me', 'a.b' . } WHERE { }\"",
     )
     effect = kg.domain.actions["light"].effect
     assert effect is not None

@@ -209,7 +209,7 @@ def _check_action(
     for called in action.called_as:
         if called.parameter not in names:
             entry.note(f'ab:parameter "{called.parameter}" is none of its parameters', these)
-    for predicate in _changed(action.effect):
+    for predicate in changed(action.effect):
         if predicate not in declared:
             told = f"ab:effect: {local(predicate)} is not declared in domain.ttl"
             entry.note(told, _declare(predicate, declared))
@@ -238,7 +238,7 @@ def _check_names(found: Collection[Entry], actions: Mapping[str, Action]) -> Non
                 files[action.iri].note(told, "take it from one of them")
 
 
-def _changed(effect: Effect | None) -> list[URIRef]:
+def changed(effect: Effect | None) -> list[URIRef]:
     """The predicates that an effect changes, but for those that a variable stands for."""
     triples = (*effect.deletes, *effect.inserts) if effect else ()
     return sorted({predicate for _, predicate, _ in triples if isinstance(predicate, URIRef)})

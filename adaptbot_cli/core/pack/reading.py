@@ -7,7 +7,7 @@ from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli.core.domain import Domain, Implication, Kind, Property, Start
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.pack.actions import read_actions
+from adaptbot_cli.core.pack.actions import changed, read_actions
 from adaptbot_cli.core.pack.entry import Entry, check_message, entries
 from adaptbot_cli.core.pack.noting import Notes
 from adaptbot_cli.core.pack.queries import query_of
@@ -81,7 +81,7 @@ def _check_effects(domain: Domain, notes: Notes) -> None:
     """Note each effect on what things are or are called, which is worked out once and kept."""
     lasting = {RDF.type, RDFS.subClassOf, *domain.name_properties()}
     for action in domain.actions.values():
-        for predicate in sorted(lasting & (action.effect.predicates if action.effect else set())):
+        for predicate in sorted(lasting & set(changed(action.effect))):
             told = f"ab:effect changes {local(predicate)}, which says what a thing is or is called"
             remedy = "let it change a state; kinds and names are for people to teach"
             notes.add(f"actions.ttl, entry {local(action.iri)}", told, remedy)
