@@ -16,7 +16,16 @@ from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, variants, without_s
 from adaptbot_cli.core.sparql import variables
-from adaptbot_cli.core.terms import AB, ATTRIBUTES, SCHEMA, STATES, Triple, local, term_of
+from adaptbot_cli.core.terms import (
+    AB,
+    ATTRIBUTES,
+    SCHEMA,
+    STATES,
+    Triple,
+    local,
+    term_of,
+    triple_of,
+)
 
 _SIZE = f"""
     SELECT (COUNT(DISTINCT ?s) AS ?nodes) (COUNT(*) AS ?edges) WHERE {{
@@ -44,6 +53,7 @@ class Kg:
     store: Dataset
     engine: pyoxigraph.Store
     named_by: tuple[URIRef, ...] = ()
+    strays: frozenset[Triple] = frozenset()
     _graphs: dict[URIRef, Graph] = field(default_factory=dict)
     _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     _proper: dict[Node, str] = field(default_factory=dict)
@@ -79,6 +89,7 @@ class Kg:
         """Build a graph on a store that holds facts in the named graphs of G_k and G_s already.
 
         A fact that stands in the wrong one of the two is moved: its predicate says where it is.
+        `strays` are these facts.
         """
         facts = Dataset(store=OxigraphStore(store=store), default_union=True)
         # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
@@ -87,8 +98,8 @@ class Kg:
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
                 kg._graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
-        for predicate in domain.properties:
-            _move(store, predicate, kg.home_of(predicate))
+        strays = (_move(store, predicate, kg.home_of(predicate)) for predicate in domain.properties)
+        kg.strays = frozenset(fact for facts in strays for fact in facts)
         return kg
 
     def under(self, domain: Domain) -> "Kg":
@@ -332,14 +343,18 @@ class Kg:
         return self._size
 
 
-def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> None:
-    """Move the facts of a predicate to the one of the two graphs that they belong to."""
+def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Triple]:
+    """Move the facts of a predicate to the one of the two graphs that they belong to.
+
+    Returns those that were moved.
+    """
     other = pyoxigraph.NamedNode(ATTRIBUTES if home == STATES else STATES)
     strays = list(store.quads_for_pattern(None, pyoxigraph.NamedNode(predicate), None, other))
     for quad in strays:
         moved = (quad.subject, quad.predicate, quad.object, pyoxigraph.NamedNode(home))
         store.add(pyoxigraph.Quad(*moved))
         store.remove(quad)
+    return [triple_of(quad.triple) for quad in strays]
 
 
 def _iri(kind: Kind) -> str:

@@ -4,7 +4,7 @@ from functools import lru_cache
 from typing import Any
 
 import pyoxigraph
-from rdflib import BNode, Literal, Namespace, URIRef
+from rdflib import XSD, BNode, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 AB = Namespace("urn:adaptbot:")
@@ -72,6 +72,20 @@ def term_of(node: Node) -> Any:
         datatype = pyoxigraph.NamedNode(node.datatype) if node.datatype else None
         return pyoxigraph.Literal(node, datatype=datatype)
     raise ValueError(f"{node} is no IRI, blank node or literal")
+
+
+@lru_cache(maxsize=4096)
+def kept(node: Node) -> Node:
+    """Return a term as the engine gives it back, to compare what is equal: 1.50 as 1.5.
+
+    Raises:
+        ValueError: it is no term.
+    """
+    if not isinstance(node, Literal) or node.datatype in (None, XSD.string):
+        return node
+    store, name = pyoxigraph.Store(), pyoxigraph.NamedNode(AB)
+    store.add(pyoxigraph.Quad(name, name, term_of(node)))
+    return node_of(next(iter(store)).object)
 
 
 def triple_of(triple: pyoxigraph.Triple) -> Triple:

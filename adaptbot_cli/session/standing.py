@@ -1,5 +1,6 @@
 """How a workspace stands."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from adaptbot_cli.core.changes import Changes, Words
@@ -34,16 +35,22 @@ def new_faults(home: Home) -> list[str]:
     Raises:
         KnowledgeError, PackError: the files make no domain.
     """
-    from adaptbot_cli.adapters.store.reading import load_kg
+    versions = home.needed()
+    now = _faults(versions.files(None), f"kg/{home.domain}")
+    try:
+        before = _faults(versions.files("HEAD"), f"kg/{home.domain}")
+    except KnowledgeError:
+        before = []
+    return [fault for fault in now if fault not in before]
+
+
+def _faults(files: Mapping[str, bytes], where: str) -> list[str]:
+    from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, misplaced, triples
     from adaptbot_cli.core.faults import faults
 
-    versions, where = home.needed(), f"kg/{home.domain}"
-    now = [str(fault) for fault in faults(load_kg(versions.files(None), where))]
-    try:
-        before = {str(fault) for fault in faults(load_kg(versions.files("HEAD"), where))}
-    except KnowledgeError:
-        before = set()
-    return [fault for fault in now if fault not in before]
+    kg = load_kg(files, where)
+    graphs = {name: triples(files[name], f"{where}/{name}") for name in FACT_FILES}
+    return [*map(str, faults(kg)), *misplaced(graphs, kg.domain)]
 
 
 def _open(path: Path) -> bool:

@@ -255,6 +255,17 @@ def test_hand_edits_are_told_and_committed_if_they_fit(fresh: Fresh) -> None:
     )
 
 
+def test_a_fact_in_the_wrong_file_is_not_committed_and_is_taken_back_from_there(
+    fresh: Fresh,
+) -> None:
+    edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled", "ex:egg ex:IsBig true ; ex:IsBoiled")
+    with pytest.raises(KnowledgeError, match="IsBig does not belong here; move it to attributes"):
+        changing.commit_edits(fresh(), "wrong")
+    changing.commit(fresh(), changing.retract(fresh(), "egg", "IsBig", "yes"))
+    assert "IsBig" not in (fresh().workspace.root / "kg/kitchen/state.ttl").read_text()
+    assert "egg: too big to carry no" in facts(fresh(), "egg")
+
+
 def test_edits_that_are_no_turtle_are_told_with_their_line(taught: Home, fresh: Fresh) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled ?")
     root = str(fresh().workspace.root)

@@ -77,6 +77,8 @@ def commit(root: Path, repo: Repo, change: Change, message: str, when: datetime)
     except BaseException:
         if repo.head() == head:
             write_files(root, old)
+            for path in change.files.keys() - old.keys():
+                (root / path).unlink(missing_ok=True)
         with suppress(KnowledgeError):
             forget_promise(root)
         raise

@@ -12,7 +12,7 @@ from rdflib import BNode
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.turtle import serialize
-from adaptbot_cli.core.terms import Triple, node_of, term_of, triple_of
+from adaptbot_cli.core.terms import Triple, kept, node_of, term_of, triple_of
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 FORMATS: Mapping[str, Any] = {
@@ -137,7 +137,8 @@ def update(
     """
     schema = set(classes)
     store = pyoxigraph.Store()
-    store.extend(pyoxigraph.Quad(*map(term, triple)) for triple in {*facts, *schema})
+    given = {*facts, *schema}
+    store.extend(pyoxigraph.Quad(*map(term, triple)) for triple in given)
     try:
         store.update(text, prefixes=dict(prefixes))
     except (SyntaxError, ValueError, OSError) as error:
@@ -147,7 +148,9 @@ def update(
         raise UsageError(
             "write facts without GRAPH: which graph each belongs to is said by its predicate"
         )
-    found = frozenset(triple_of(quad.triple) for quad in quads)
+    written = {(s, p, kept(o)): (s, p, o) for s, p, o in given}
+    left = (triple_of(quad.triple) for quad in quads)
+    found = frozenset(written.get(triple, triple) for triple in left)
     if not schema <= found:
         raise UsageError("classes are declared in domain.ttl; edit that file to change them")
     return found - schema

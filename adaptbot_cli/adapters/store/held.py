@@ -1,6 +1,6 @@
 """What a domain's files hold, and what a change of facts makes of them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from adaptbot_cli.adapters.store.turtle import patch
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import Fault, new_faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple
+from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept
 
 _ACTIONS = "actions.ttl"
 
@@ -59,13 +59,19 @@ class Held:
     def _edited(self, change: Delta) -> Iterator[tuple[str, bytes]]:
         parts = _parts(change)
         for name in (*FACT_FILES, _ACTIONS):
-            old = [t for t in sorted(change.removed) if self._file_of(t, parts) == name]
+            old = [t for t in sorted(change.removed) if name in self._files_of(t, parts)]
             new = [t for t in sorted(change.added) if self._file_of(t, parts) == name]
             if old or new:
                 text = self.files[name].decode("utf-8")
                 edited = patch(text, old, new, f"{self.where}/{name}")
                 if edited != text:
                     yield name, edited.encode("utf-8")
+
+    def _files_of(self, triple: Triple, parts: frozenset[Node]) -> Collection[str]:
+        """The files that may hold a fact: somebody may have written it into the wrong one."""
+        subject, predicate, value = triple
+        astray = (subject, predicate, kept(value)) in self.kg.strays
+        return FACT_FILES if astray else (self._file_of(triple, parts),)
 
     def _file_of(self, triple: Triple, parts: frozenset[Node]) -> str:
         subject, predicate, value = triple

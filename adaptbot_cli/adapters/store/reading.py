@@ -1,7 +1,7 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -95,7 +95,7 @@ def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str]]:
     if len(graphs) < len(DOMAIN_FILES) + len(FACT_FILES):
         return None, found
     kg = Kg.load(domain, graphs["attributes.ttl"], graphs["state.ttl"])
-    found += _misplaced(graphs, domain)
+    found += misplaced(graphs, domain)
     return kg, [*found, *map(str, faults(kg)), *unknown_needs(kg)]
 
 
@@ -114,8 +114,8 @@ def _readable(files: Mapping[str, bytes], name: str) -> Graph:
         raise KnowledgeError(f"{error}; correct it there or just before") from error
 
 
-def _misplaced(graphs: Mapping[str, Graph], domain: Domain) -> Iterator[str]:
-    """Facts that stand in the file of the other graph."""
+def misplaced(graphs: Mapping[str, Iterable[Triple]], domain: Domain) -> Iterator[str]:
+    """Give a sentence for each fact that stands in the file of the other graph."""
     other = {"attribute": "attributes.ttl", "state": "state.ttl"}
     for file in FACT_FILES:
         for subject, predicate, _ in sorted(graphs[file]):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rdflib import RDFS, URIRef
 
-from adaptbot_cli.adapters.store.files import lock, recover, write_files
-from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.committing import Change, commit, recovered
+from adaptbot_cli.adapters.store.files import lock
 from adaptbot_cli.adapters.store.reading import parse
 from adaptbot_cli.adapters.store.turtle.lexer import Place, Token, statements, tokens
 from adaptbot_cli.errors import UsageError
@@ -63,11 +63,9 @@ def create(root: Path, files: Mapping[str, bytes], more: Mapping[str, bytes], me
     """
     made = not root.is_dir() or not any(root.iterdir())
     with lock(root):
-        recover(root)
+        repo = recovered(root, own=made)
         there = sorted(path for path in files if (root / path).exists())
         if there:
             raise UsageError(f"{root / there[0]} is there already, and nothing is overwritten")
-        repo = Repo.open_or_init(root, own=made)
         new = {**files, **{p: data for p, data in more.items() if not (root / p).exists()}}
-        write_files(root, new)
-        return repo.commit(sorted(new), message, datetime.now().astimezone())
+        return commit(root, repo, Change(new, sorted(new)), message, datetime.now().astimezone())

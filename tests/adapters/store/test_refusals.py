@@ -13,6 +13,7 @@ import pytest
 
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
+from adaptbot_cli.adapters.store.starting import create
 from adaptbot_cli.errors import KnowledgeError
 from tests.adapters.store.homes import ORIGIN, begun, files, item, keeper, leek
 
@@ -254,3 +255,18 @@ class TestRepositories:
         root.mkdir()
         assert keeper(root).keep(leek("fridge")).revision
         assert (root / ".git").is_dir()
+
+
+def test_a_start_that_git_refuses_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adaptbot_cli.adapters.store.git.repo._PATIENCE", 0.1)
+    root = tmp_path / "home"
+    create(root, {"kg/one/domain.ttl": b"# one\n"}, {}, "one")
+    held = root / ".git" / "index.lock"
+    held.write_bytes(b"")
+    with pytest.raises(KnowledgeError, match="if none is, remove .*lock"):
+        create(root, {"kg/two/domain.ttl": b"# two\n"}, {}, "two")
+    assert not (root / "kg/two/domain.ttl").exists()
+    held.unlink()
+    assert create(root, {"kg/two/domain.ttl": b"# two\n"}, {}, "two")

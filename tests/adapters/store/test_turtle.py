@@ -146,6 +146,16 @@ def test_a_fact_is_a_line(graph: set[Triple], fact: Triple) -> None:
     assert parsed(changed) == with_fact
 
 
+def test_a_number_is_the_same_however_it_is_written() -> None:
+    def weighs(text: str) -> Triple:
+        return EX.egg, EX.weight, Literal(text, datatype=XSD.decimal)
+
+    text = f'{HEAD}\nex:egg ex:weight 1.50 ; ex:obj_name "egg" .\n'
+    assert patch(text, [], [weighs("1.5")], "x.ttl") == text
+    changed = patch(text, [weighs("1.5")], [weighs("2.25")], "x.ttl")
+    assert "1.50" not in changed and "2.25" in changed
+
+
 @settings(deadline=None)
 @given(graphs, graphs, graphs)
 def test_a_patched_document_is_the_canonical_one(

@@ -1,10 +1,12 @@
 """Changes of facts in a document that leave everything else in it as it stands."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import pyoxigraph
 from rdflib import Literal, URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.turtle.canonical import declaration, new_block
 from adaptbot_cli.adapters.store.turtle.document import Document, Edit, apply, found_in
@@ -24,6 +26,7 @@ from adaptbot_cli.adapters.store.turtle.statement import (
 )
 from adaptbot_cli.adapters.store.turtle.surgery import operate
 from adaptbot_cli.adapters.store.turtle.terms import KNOWN_PREFIXES, Scope, Triple, Writer, normal
+from adaptbot_cli.core.terms import kept
 from adaptbot_cli.errors import KnowledgeError
 
 
@@ -92,6 +95,14 @@ def _fact(triple: Triple) -> tuple[URIRef, Fact]:
     return URIRef(subject), (URIRef(predicate), value)
 
 
+def _key(fact: Fact) -> tuple[Node, Node]:
+    """What facts are compared by: the engine gives back 1.50 as 1.5."""
+    predicate, value = fact
+    with suppress(ValueError):  # what is no term is told where it is written
+        return predicate, kept(value)
+    return fact
+
+
 @dataclass(slots=True)
 class _Editor:
     """Collects the edits of a document."""
@@ -107,13 +118,14 @@ class _Editor:
         """Edit the statements about a subject."""
         found = self.document.found.get(subject, [])
         read_ones = [read(self.document.text, place, scope, self.path) for place, scope in found]
-        present = {fact for statement in read_ones for fact in statement.facts()}
-        added = [fact for fact in change.added if fact not in present]
+        present = {_key(fact) for statement in read_ones for fact in statement.facts()}
+        added = [fact for fact in change.added if _key(fact) not in present]
+        removed = set(map(_key, change.removed))
         if not found:
             self.new[subject] = added
         for at, (statement, (_, scope)) in enumerate(zip(read_ones, found, strict=True)):
             writer = self._writer(scope)
-            here = change.removed & statement.facts().keys()
+            here = {fact for fact in statement.facts() if _key(fact) in removed}
             pairs = _pairs(here, added, statement)
             added = [fact for fact in added if fact not in pairs.values()]
             rest = added if at == len(found) - 1 else []
