@@ -4,6 +4,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from typing import Any, Literal
 
+from adaptbot_cli.core import resolve
 from adaptbot_cli.core.editing import Edit, edited, rejection
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.learning import is_absent
@@ -27,6 +28,9 @@ def amended(run: Run, report: Report, why: Literal["asked", "open", "ready"]) ->
     if edit is None:
         return report
     if edit.kind != "reject":
+        # The person has seen what words were put in for, and may write either name from now on.
+        changes = (change for step in report.steps for change in step.changes)
+        run.scene.agreed |= {normal(c.source) for c in changes if c.by in resolve.BY_WORDS}
         return (yield from _become(run, report, edited(edit, report, run.parse)))
     findings = (*still_open(run, report), rejection(edit))
     text = yield from propose(run, Propose(run.task, 1, report.text, findings))

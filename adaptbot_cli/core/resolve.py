@@ -24,6 +24,8 @@ T = TypeVar("T")
 
 _ITEM_REACH = {"synonym": 0, "hypernym": 1}
 _ACTION_REACH = {"synonym": 0, "hypernym": 1}
+BY_WORDS = frozenset({"synonym", "hypernym", "hyponym"})
+"""The remedies that put in another thing on the evidence of words alone."""
 _NEAR = 2
 """How many edges away a related word may be: a thing or action stands for broader ones only."""
 
@@ -137,9 +139,11 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
         return None
     related = scene.known.get(normal(name), ())
     best = _best(related, lambda w: _items_called(w, classes, scene), _ITEM_REACH)
-    if best is None or scene.uses(best[1]) or best[0].sense > 1:
+    if best is None or best[0].sense > 1:
         return None
     word, entity = best
+    if scene.uses(entity) and normal(name) not in scene.agreed:
+        return None
     if scene.taken.setdefault(entity, normal(name)) != normal(name):
         return None
     proper = scene.kg.name(entity)

@@ -18,6 +18,7 @@ class Scene:
 
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
+    `agreed` the names that words were put in for in a plan that the person then edited;
     `near` remembers the names near a name, which are costly to find, and `taken` which name a
     thing was put in for, so that two names never become one thing; `around` holds the word
     knowledge of the names of known things, which likely answers are found by, and `trust` for
@@ -29,6 +30,7 @@ class Scene:
     known: dict[str, tuple[Related, ...]] = field(default_factory=dict)
     used: frozenset[str] = frozenset()
     aside: frozenset[str] = frozenset()
+    agreed: set[str] = field(default_factory=set)
     drop: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)

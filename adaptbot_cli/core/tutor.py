@@ -48,8 +48,10 @@ def pursue(
     """
     journal, usage, parse = Journal(), Usage(), cache(parse)
     edits: dict[str, str] = {}
+    agreed: set[str] = set()
     while True:
-        run = Run(kg, task, parse, Scene(kg, task), policy, full, usage, edits=edits)
+        scene = Scene(kg, task, agreed=agreed)
+        run = Run(kg, task, parse, scene, policy, full, usage, edits=edits)
         try:
             return (yield from journal.play(_pursue(run, replans)))
         except GoBack as back:

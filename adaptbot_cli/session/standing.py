@@ -1,7 +1,6 @@
 """How a workspace stands."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from adaptbot_cli.core.changes import Changes, Words
 from adaptbot_cli.core.standing import Status
@@ -11,6 +10,8 @@ from adaptbot_cli.session.knowing import Home
 
 def status(home: Home) -> Status:
     """Return how a workspace stands. Edits that cannot be read are told as a problem."""
+    from adaptbot_cli.adapters.transcript import unfinished
+
     root, versions = home.workspace.root, home.versions
     if versions is None:
         return Status(root, home.domain)
@@ -23,7 +24,7 @@ def status(home: Home) -> Status:
             found = new_faults(home) if changes else []
         except KnowledgeError as error:
             problem = str(error)
-    waiting = [path for path in sorted(home.workspace.transcripts.glob("*.yaml")) if _open(path)]
+    waiting = sorted(unfinished(home.workspace.transcripts))
     revision, subject = (last.sha, last.subject) if last else (head, "")
     edited = versions.edited()
     return Status(root, home.domain, revision, subject, edited, changes, problem, found, waiting)
@@ -51,16 +52,6 @@ def _faults(files: Mapping[str, bytes], where: str) -> list[str]:
     kg = load_kg(files, where)
     graphs = {name: triples(files[name], f"{where}/{name}") for name in FACT_FILES}
     return [*map(str, faults(kg)), *misplaced(graphs, kg.domain)]
-
-
-def _open(path: Path) -> bool:
-    """Whether a transcript's run was not ended: its last document does not say so."""
-    try:
-        with path.open("rb") as file:
-            file.seek(max(0, path.stat().st_size - 400))
-            return b"turn: finished" not in file.read()
-    except OSError:
-        return False
 
 
 def words_for(home: Home, changes: Changes) -> Words:

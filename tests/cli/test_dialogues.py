@@ -291,6 +291,17 @@ def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(h
     assert "all but 5" in opened.screen
 
 
+def test_what_the_review_left_out_stays_so_after_a_correction(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
+        up = "\x1b[A"
+        opened.answers(("Keep this", f"{up} {up}c"))  # the last left out, the one before corrected
+        opened.answers(("What do you know of shallot", ENTER), ("Keep this", ENTER))
+        opened.ends()
+    assert "all but 1" in opened.screen
+
+
 def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
     with terminal(home, *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
@@ -337,3 +348,4 @@ def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -
     assert "+ shallot obj_location fridge" in home.trailers()["Fact-2"]
     ended = home.adaptbot("resume")
     assert ended.code == 2 and "nothing to resume" in ended.said
+    assert "not ended" not in home.adaptbot("kg", "status").said

@@ -194,6 +194,13 @@ def test_a_thing_that_the_plan_uses_otherwise_is_a_suggestion() -> None:
     assert named.finding.candidates[0] == "board"
 
 
+def test_a_replacement_that_the_person_has_seen_stays_when_both_names_are_used() -> None:
+    at = scene(lumber=(related("board", "synonym"),))
+    at.agreed.add("lumber")
+    at.notice([Call("take", ("lumber", "board"))])
+    assert item("lumber", PART, at=at).entity == URIRef(W + "board")
+
+
 def test_a_name_that_a_person_said_is_not_here_is_not_replaced() -> None:
     at = scene(without("lumber", "item"), lumber=(related("board", "synonym"),))
     finding = item("lumber", PART, at=at).finding

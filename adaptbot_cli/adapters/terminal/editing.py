@@ -10,7 +10,7 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.terminal.canvas import Canvas
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.adapters.terminal.prompts import Prompts
+from adaptbot_cli.adapters.terminal.prompts import BACK, Prompts
 from adaptbot_cli.adapters.terminal.words import shown
 from adaptbot_cli.core.acting.draft import signature
 from adaptbot_cli.core.editing import Edit, Line, called, edited, lines
@@ -21,6 +21,8 @@ from adaptbot_cli.core.turns import Amend
 from adaptbot_cli.errors import UsageError
 
 _LEAVE = "leave"
+_MOST = 5
+"""How many open findings are told above the menu."""
 _MENU = {
     _LEAVE: ("l", "leave it as it is"),
     "replace": ("r", "replace a step"),
@@ -44,9 +46,12 @@ def ask_for_edit(turn: Amend, console: Console) -> tuple[Edit | None, str]:
     offered = {value: told for value, told in _MENU.items() if there or value not in _OF_A_STEP}
     choices = [Choice(value, label) for value, (_, label) in offered.items()]
     keys = [key for key, _ in offered.values()]
+    for finding in turn.report.open[:_MOST] if turn.why == "open" else ():
+        where = f"step {finding.step}: " if finding.step else ""
+        console.print(shown(f"✗ {where}{finding.message}", "red"))
     while True:
-        picked = prompts.by_key(_TEXT[turn.why], choices, keys).value
-        if picked == _LEAVE:
+        picked = prompts.by_key(_TEXT[turn.why], choices, keys, back=True).value
+        if picked in (_LEAVE, BACK.value):
             return None, "no"
         edit = _ASK[picked](turn, there, prompts, console)
         if edit is not None:

@@ -78,7 +78,8 @@ class TerminalHuman:
     Answers bear `by` and the time `now` says. Ctrl-C at a question or the review asks whether to
     keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
     A form answers several questions at once: `told` are the answers to those still to come, also
-    of a form that was left by Ctrl-C; `stopping` when they are all that is still to be had. With
+    of a form that was left by Ctrl-C; `stopping` when they are all that is still to be had.
+    `left_out` is what the last review left out, where a correction leads back to it. With
     `edits` a plan is offered for editing before it is executed, whatever is open.
     """
 
@@ -89,6 +90,7 @@ class TerminalHuman:
     filled: set[str] = field(default_factory=set)
     edits: bool = False
     stopping: bool = field(default=False, init=False)
+    left_out: set[Key] = field(default_factory=set, init=False)
 
     def ask(self, question: Question) -> Answer:
         """Ask one question; `LATER` itself is returned for "ask me later"."""
@@ -132,13 +134,15 @@ class TerminalHuman:
         from adaptbot_cli.adapters.terminal.canvas import Canvas
         from adaptbot_cli.adapters.terminal.review import TITLE, Review
 
-        review = Review(lessons)
+        there = {lesson.question.key for lesson in lessons}
+        review = Review(lessons, left_out=self.left_out & there)
         try:
             said = review.ask(Canvas(self.console))
         except KeyboardInterrupt:
             if not self._prompts().yes(_KEEP):
                 raise
             said = review.ticked()
+        self.left_out = review.left_out
         if isinstance(said, Reviewed):
             out = len(said.left_out)
             told = "a correction" if said.back else f"all but {out}"
