@@ -132,8 +132,7 @@ def build(
     start = None if request.dry_run else started_on(request.domain, workspace)
     kg = start.kg if start else load(workspace, request.domain)
     task = task_for(request.task, kg, request.requires)
-    library = workspace.library(request.domain)
-    planner = _planner(request, chosen, environ, kg, library, console)
+    planner = _planner(request, chosen, environ, kg, workspace, console)
     with ExitStack() as stack:
         asks = prompts is not None and request.ask and request.answers is None
         screen = Screen(console, kg, task, asks, request.edit)
@@ -167,15 +166,17 @@ def _planner(
     chosen: "Chosen",
     environ: Mapping[str, str],
     kg: "Kg",
-    library: tuple[Path, ...],
+    workspace: Workspace,
     console: "Console",
 ) -> Planner:
     from adaptbot_cli.resources import bundled
 
+    library = workspace.library(request.domain)
     if chosen.model is None:
         from adaptbot_cli.adapters.planner.library import Library
 
-        return Library(library, kg.domain)
+        others = tuple(name for name in workspace.domains() if name != request.domain)
+        return Library(library, kg.domain, others)
     from adaptbot_cli.adapters.display import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
     from adaptbot_cli.adapters.planner.local.prompts import for_model

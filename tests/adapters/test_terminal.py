@@ -418,6 +418,13 @@ def test_a_new_place_is_told_by_its_name(tmp_path: Path) -> None:
     assert terminal.sees("sawhorse").types("\t").ends()[0] == "new sawhorse"
 
 
+def test_a_place_that_is_written_otherwise_is_shown_below_a_new_one(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "form").sees("heavy").types("xx\x15", "gren boks")
+    terminal.sees("a new place: gren boks", "green box").types(DOWN, ENTER)
+
+    assert terminal.sees("green box").types("\t").ends()[0] == "green_box"
+
+
 def test_what_is_only_offered_is_skipped_by_one_key(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, "offer").sees("Tab: skip", "heavy").types("\t")
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import yaml
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.names import affirmed, nearest, singulars, words
+from adaptbot_cli.core.names import affirmed, singulars, words
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
@@ -139,11 +140,13 @@ def _folded(text: str) -> frozenset[str]:
 class Library:
     """Plans without a model: the nearest plan of the library, with the task's own items.
 
-    The library is that of `folders`, an earlier one before a later one.
+    The library is that of `folders`, an earlier one before a later one; `others` are the domains
+    that a task may be of instead.
     """
 
     folders: tuple[Path, ...]
     domain: Domain
+    others: tuple[str, ...] = ()
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
@@ -161,7 +164,7 @@ class Library:
                 f'The plan library has nothing near "{turn.task.name}"{self._meant(turn)}, and no '
                 "model is configured. Name one with --model (any litellm name, such as "
                 "ollama/llama3.2 or gpt-4o), in adaptbot.toml or in ADAPTBOT_MODEL, or set a "
-                "provider's key such as OPENAI_API_KEY."
+                f"provider's key such as OPENAI_API_KEY.{self._elsewhere()}"
             )
         plan, name = found
         return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
@@ -169,8 +172,14 @@ class Library:
     def _meant(self, turn: Propose) -> str:
         """The listed task that a slip of the pen in a task's name may mean, for a sentence."""
         said = " ".join(w for w in words(turn.task.name) if w not in self.domain.fillers)
-        near = nearest(said, self.domain.task_names, 1, _A_SLIP)
+        names = [" ".join(words(name)) for name in self.domain.task_names]
+        near = get_close_matches(said, names, 1, _A_SLIP)
         return f' (is it "{near[0]}" that you mean?)' if near else ""
+
+    def _elsewhere(self) -> str:
+        if not self.others:
+            return ""
+        return f" A task of another domain is run with --domain ({', '.join(self.others)})."
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what its name adds."""

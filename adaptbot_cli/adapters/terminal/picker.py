@@ -10,10 +10,12 @@ from prompt_toolkit.keys import Keys
 
 from adaptbot_cli.adapters.terminal.canvas import Canvas, Line, heading
 from adaptbot_cli.adapters.terminal.words import plain, title
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.questions import Choice
 
 _ROWS = 12
+_ALIKE, _SLIP = 3, 0.7
+"""How many choices are shown that are written otherwise, and how alike they must be."""
 
 
 @dataclass(slots=True)
@@ -51,9 +53,15 @@ class Picker:
         found = [choice for choice in self.choices if wanted in title(choice.label).lower()]
         name = normal(self.typed)
         known = {normal(choice.label) for choice in self.choices}
+        alike = [] if found else self._alike(wanted)
         if self.new and name and name not in known:
             found.append(Choice(f"new {name}", f"{self.new}: {name}"))
-        return found
+        return [*found, *alike]
+
+    def _alike(self, wanted: str) -> list[Choice]:
+        """The choices that may be meant though they are written otherwise."""
+        labels = {title(choice.label).lower(): choice for choice in self.choices}
+        return [labels[label] for label in nearest(wanted, labels, _ALIKE, _SLIP)]
 
     def _draw(self, width: int) -> list[Line]:
         hints = [f"type to filter {len(self.choices)}"]
@@ -95,6 +103,10 @@ class Picker:
         @keys.add("backspace")
         def shorten(event: KeyPressEvent) -> None:
             self._type(self.typed[:-1])
+
+        @keys.add("c-u")
+        def clear(event: KeyPressEvent) -> None:
+            self._type("")
 
         @keys.add(Keys.BracketedPaste)
         @keys.add(Keys.Any)

@@ -215,7 +215,8 @@ def _new(unknown: Unknown, kg: Kg) -> Talk:
     if said != YES:
         return None
     new, delta = written(draft, kg)
-    effect = "" if draft.changes else "; its effect is not known"
+    changes = ", ".join(change.words for change in draft.changes)
+    effect = f": then {changes}" if changes else "; its effect is not known"
     return Taught(new, delta, f"{unknown.name} is possible{effect}", said_of(draft, {}))
 
 
