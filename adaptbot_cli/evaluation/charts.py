@@ -23,7 +23,7 @@ def charts(report: dict[str, Any]) -> RenderableType:
         parts += [Text(f"\n{bars.title} (n = {bars.n})", "bold"), _bars(bars)]
     for lines in (shown.questions, shown.growth):
         if lines.lines:
-            parts += [Text(f"\n{lines.title}", "bold"), _lines(lines)]
+            parts += [Text(f"\n{lines.title} ({lines.note})", "bold"), _lines(lines)]
     return Group(*parts)
 
 

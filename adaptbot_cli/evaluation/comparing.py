@@ -40,6 +40,11 @@ class Difference:
     p: float | None
     regression: bool
 
+    @property
+    def changed(self) -> bool:
+        """Whether anything changed, in the mean or in a pair."""
+        return self.before != self.after or bool(self.better or self.worse)
+
     def as_json(self) -> Json:
         """Return the difference as a plain object."""
         return {name: getattr(self, name) for name in self.__slots__}
@@ -98,6 +103,18 @@ def _difference(
     allowed = cost * before if name in COSTS else tolerance
     regression = loss > allowed + 1e-9
     return Difference(arm, name, n, before, after, bootstrap(changes), better, worse, p, regression)
+
+
+def other_settings(before: Json, after: Json) -> dict[str, tuple[Any, Any]]:
+    """Return the settings in which two experiments differ, by name: both values.
+
+    What only one of the reports has, such as one of an older version, is passed over.
+    """
+    old, new = (
+        told["settings"] if isinstance(told.get("settings"), dict) else {}
+        for told in (before, after)
+    )
+    return {name: (old[name], new[name]) for name in old if name in new and old[name] != new[name]}
 
 
 def only_in_one(before: Json, after: Json) -> Iterator[str]:

@@ -6,17 +6,21 @@ from typing import Any
 
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation.tables import HEADS
-from adaptbot_cli.evaluation.views import BAR_MEASURES, Bars, Line, Lines, views
+from adaptbot_cli.evaluation.views import BAR_MEASURES, HUMAN, Bars, Line, Lines, views
 
 ENDINGS = (".svg", ".pdf", ".png")
 WIDTH, ROW = 7.16, 2.2
 """Inches: the width of a page of two columns, and the height of one row of pictures."""
 
 COLOURS = {"llm": "#CCCCCC", "llm+kg": "#E69F00", "llm+kg+human": "#0072B2"}
-SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-"""Colours of Okabe and Ito (2008); lines differ in marker and dash as well."""
+SERIES = ("#009E73", "#CC79A7", "#D55E00", "#000000")
+"""Colours of Okabe and Ito (2008), each for one thing: an arm's is no model's. Lines differ in
+marker and dash as well, bars in their hatching."""
 
 MARKERS, DASHES = "osD^vP", ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 1)))
+HATCHES = ("", "////", "....", "xxxx")
+HEADROOM = 1.3
+"""How much higher than its highest value a panel is: its legend stands there."""
 STYLE: Any = {
     "font.family": "sans-serif",
     "font.size": 8,
@@ -72,8 +76,6 @@ def _figure(report: dict[str, Any]) -> Any:
     if has_person:
         _draw_counts(figure.add_subplot(grid[rows - 1, 0]), shown.questions)
         _draw_steps(figure.add_subplot(grid[rows - 1, 1]), shown.growth)
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
     return figure
 
 
@@ -100,10 +102,22 @@ def _draw_bars(axes: Any, bars: Bars) -> None:
         )
     axes.set_xticks(range(len(measures)), [BAR_MEASURES[name] for name in measures])
     axes.tick_params(axis="x", length=0)
-    axes.set_ylim(0, 105)
+    axes.set_ylim(0, 100 * HEADROOM)
     axes.set_yticks(range(0, 101, 25))
     axes.set_ylabel("%")
     axes.set_title(f"{bars.title} (n = {bars.n})", loc="left")
+    _legend(axes, len(arms))
+
+
+def _legend(axes: Any, columns: int = 2) -> None:
+    axes.legend(
+        fontsize=7,
+        loc="upper left",
+        ncols=columns,
+        handlelength=2.4,
+        columnspacing=1.2,
+        borderaxespad=0.2,
+    )
 
 
 def _draw_counts(axes: Any, lines: Lines) -> None:
@@ -111,7 +125,16 @@ def _draw_counts(axes: Any, lines: Lines) -> None:
     width = 0.8 / len(lines.lines)
     for n, line in enumerate(lines.lines):
         at = [place + (n - (len(lines.lines) - 1) / 2) * width for place in _places(line)]
-        axes.bar(at, line.values, width * 0.92, color=SERIES[n % len(SERIES)], label=line.name)
+        axes.bar(
+            at,
+            line.values,
+            width * 0.92,
+            facecolor=SERIES[n % len(SERIES)],
+            edgecolor="white",
+            linewidth=0,
+            hatch=HATCHES[n % len(HATCHES)],
+            label=line.name,
+        )
     _task_order(axes, lines)
 
 
@@ -131,8 +154,6 @@ def _draw_steps(axes: Any, lines: Lines) -> None:
             clip_on=False,
         )
     _task_order(axes, lines)
-    axes.set_ylim(top=axes.get_ylim()[1] * 1.3)  # room for the names of the series
-    axes.legend(fontsize=7, loc="upper left", handlelength=3)
 
 
 def _places(line: Line) -> range:
@@ -143,9 +164,10 @@ def _task_order(axes: Any, lines: Lines) -> None:
     longest = max(len(line.values) for line in lines.lines)
     most = max(value for line in lines.lines for value in line.values)
     axes.set_xlim(0.4, longest + 0.6)
-    axes.set_ylim(0, max(1, most) * 1.05)
+    axes.set_ylim(0, max(1, most) * HEADROOM)
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.yaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("task, in order")
     axes.set_ylabel(lines.unit)
-    axes.set_title(lines.title, loc="left")
+    axes.set_title(f"{lines.title}, {HEADS[HUMAN]}\n({lines.note})", loc="left")
+    _legend(axes)

@@ -8,8 +8,6 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.evaluation.comparing import Difference
-
 Json = dict[str, Any]
 HEADS = {"llm": "LLM", "llm+kg": "LLM + KG", "llm+kg+human": "LLM + KG + Human"}
 
@@ -71,36 +69,6 @@ def tables(report: Json) -> RenderableType:
     if scored:
         parts += [_scored(scored)]
     return Group(*parts)
-
-
-def differences(found: Sequence[Difference]) -> RenderableType:
-    """Lay out what changed from one experiment to another, arm by arm."""
-    changed = [d for d in found if d.before != d.after or d.better or d.worse]
-    if not changed:
-        return Text("nothing changed")
-    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
-    table.add_column("")
-    table.add_column("mean a task", no_wrap=True)
-    for head in ("before", "after", "change [95 %]", "+, −", "p"):
-        table.add_column(head, justify="right", no_wrap=True)
-    for arm in dict.fromkeys(change.arm for change in changed):
-        table.add_row("", Text(HEADS[arm], "bold"))
-        for change in (each for each in changed if each.arm == arm):
-            table.add_row(*_change(change))
-    return table
-
-
-def _change(change: Difference) -> list[Text]:
-    low, high = change.interval
-    gap = f"{change.after - change.before:+.2g} [{low:.2g}, {high:.2g}]".replace("-", "−")
-    if abs(change.after - change.before) >= 10:
-        gap = f"{change.after - change.before:+.0f} [{low:.0f}, {high:.0f}]".replace("-", "−")
-    mark = Text("worse", "bold red") if change.regression else Text()
-    title = TITLES.get(change.measure, change.measure)
-    values = [title, f"{change.before:.4g}", f"{change.after:.4g}", gap]
-    values += [f"{change.better}, {change.worse}"]
-    values += ["" if change.p is None else f"{change.p:.2g}"]
-    return [mark, *map(Text, values)]
 
 
 def _title(group: Json, settings: Json) -> Text:

@@ -45,9 +45,10 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """One value of several series over task order."""
+    """One value of several series over task order; `note` says what is counted, and from where."""
 
     title: str
+    note: str
     unit: str
     lines: tuple[Line, ...]
 
@@ -70,11 +71,21 @@ def views(report: Json) -> Views:
     carried = report["settings"]["cumulative"]
     asked = tuple(Line(name, _column(trials, "questions")) for name, trials in series)
     taught = tuple(Line(name, _taught(trials, carried)) for name, trials in series)
-    order = "knowledge carried over" if carried else "each task from the same graph"
-    return Views(
-        tuple(_bars(group) for group in shown),
-        Lines(f"Questions to the person ({order})", "questions", asked),
-        Lines("Growth of the knowledge graph", "facts added", taught),
+    return Views(tuple(_bars(group) for group in shown), *_over_tasks(asked, taught, carried))
+
+
+def _over_tasks(
+    asked: tuple[Line, ...], taught: tuple[Line, ...], carried: bool
+) -> tuple[Lines, Lines]:
+    """Questions and growth; each says whether a task knows what was taught in those before it."""
+    if carried:
+        return (
+            Lines("Questions to the person", "knowledge carried over", "questions", asked),
+            Lines("Growth of the knowledge graph", "carried over", "facts more than before", taught),
+        )
+    return (
+        Lines("Questions to the person", "each task from the same graph", "questions", asked),
+        Lines("What the person taught", "all tasks so far, not carried over", "facts", taught),
     )
 
 

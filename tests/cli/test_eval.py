@@ -134,9 +134,11 @@ def test_compare(used: Home) -> None:
             ["eval", "compare", *reports, "--json"],
         ]
     )
-    assert (same.code, same.out.strip()) == (0, "nothing changed")
-    assert worse.code == 3 and "worse" in worse.out
+    assert (same.code, same.out.strip()) == (0, "B is not worse than A: nothing changed.")
+    assert worse.code == 3 and "B is worse than A: " in worse.out
+    assert "settings" not in worse.out
     told = as_json.json()
+    assert told["settings"] == {}
     assert as_json.code == 3 and told["regression"] is True
     lost = {(d["arm"], d["measure"]) for d in told["differences"] if d["regression"]}
     assert ("llm+kg", "goal_met") in lost

@@ -1,9 +1,18 @@
+import io
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.comparing import Difference, compare, only_in_one, read_report
+from adaptbot_cli.evaluation.comparing import (
+    Difference,
+    compare,
+    only_in_one,
+    other_settings,
+    read_report,
+)
+from adaptbot_cli.evaluation.contrast import contrast, verdict
 
 GOOD: dict[str, Any] = {
     "arm": "llm+kg",
@@ -88,3 +97,47 @@ def test_bad_reports(text: str, told: str, tmp_path: Any) -> None:
     path.write_text(text)
     with pytest.raises(UsageError, match=told):
         read_report(path)
+
+
+LARGE = {"prompt_tokens": 23456, "person_seconds": 1234.5, "prompts": 17, "goal_met": False}
+SETTINGS = {"policy": "tutor", "cumulative": False, "kg": [], "seed": 0}
+OTHERS = {"policy": "paper", "cumulative": True, "kg": ["[b]\x1b.ttl"], "seed": 0, "new": 1}
+
+
+def shown(before: Any, after: Any, width: int) -> str:
+    out = io.StringIO()
+    settings = other_settings(before, after)
+    Console(file=out, width=width).print(contrast(compare(before, after, 0, 0.05), settings))
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_the_verdict_is_never_cut(width: int) -> None:
+    before = {**report(*[{}] * 9), "settings": SETTINGS}
+    after = {**report(*[LARGE] * 8, {}), "settings": OTHERS}
+    lines = shown(before, after, width).splitlines()
+    table = [line.rstrip() for line in lines if "…" in line]
+    assert table == [] and max(map(len, lines)) <= width
+    marked = [line for line in lines if line.startswith("worse  ")]
+    assert len(marked) == 4, lines
+    assert any("goal met" in line and "0, 8" in line for line in marked)
+    told = " ".join(line.strip() for line in lines if line.strip())
+    assert "B is worse than A: LLM + KG in goal met, prompt tokens" in told
+
+
+def test_settings_that_differ_are_named() -> None:
+    before, after = ({**report({}), "settings": given} for given in (SETTINGS, OTHERS))
+    assert set(other_settings(before, after)) == {"policy", "cumulative", "kg"}
+    text = shown(before, after, 80)
+    assert "tutor" in text and "paper" in text and "seed" not in text
+    assert "[b]" in text and "\x1b" not in text
+    assert "settings" not in shown(before, before, 80)
+    for odd in (None, [], "text"):
+        assert other_settings({**report({}), "settings": odd}, after) == {}
+
+
+def test_a_verdict_is_a_sentence() -> None:
+    same, better = report({}), report({"model_calls": 1, "prompts": 2})
+    assert verdict(compare(same, same, 0, 0)) == "B is not worse than A: nothing changed."
+    told = verdict(compare(same, better, 0, 0))
+    assert told.startswith("B is not worse than A: 2 figures changed, none for the worse")

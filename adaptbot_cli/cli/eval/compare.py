@@ -29,12 +29,16 @@ def compare(
     worse = [difference for difference in found if difference.regression]
     for told in comparing.only_in_one(old, new):
         typer.echo(f"{told}: left out", err=True)
+    settings = comparing.other_settings(old, new)
     if json:
-        print_json(
-            {"regression": bool(worse), "differences": [change.as_json() for change in found]}
-        )
+        told = {
+            "regression": bool(worse),
+            "settings": {name: list(values) for name, values in settings.items()},
+            "differences": [change.as_json() for change in found],
+        }
+        print_json(told)
     else:
-        from adaptbot_cli.evaluation.tables import differences
+        from adaptbot_cli.evaluation.contrast import contrast
 
-        console().print(differences(found))
+        console().print(contrast(found, settings))
     return REGRESSION if worse else 0
