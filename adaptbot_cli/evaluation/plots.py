@@ -19,8 +19,8 @@ marker and dash as well, bars in their hatching."""
 
 MARKERS, DASHES = "osD^vP", ("-", "--", ":", "-.", (0, (5, 1)), (0, (1, 1)))
 HATCHES = ("", "////", "....", "xxxx")
-HEADROOM = 1.3
-"""How much higher than its highest value a panel is: its legend stands there."""
+COLUMNS = 2
+"""How many names of series stand side by side in a panel's legend."""
 STYLE: Any = {
     "font.family": "sans-serif",
     "font.size": 8,
@@ -102,14 +102,19 @@ def _draw_bars(axes: Any, bars: Bars) -> None:
         )
     axes.set_xticks(range(len(measures)), [BAR_MEASURES[name] for name in measures])
     axes.tick_params(axis="x", length=0)
-    axes.set_ylim(0, 100 * HEADROOM)
+    axes.set_ylim(0, 100 * _headroom(1))
     axes.set_yticks(range(0, 101, 25))
     axes.set_ylabel("%")
     axes.set_title(f"{bars.title} (n = {bars.n})", loc="left")
     _legend(axes, len(arms))
 
 
-def _legend(axes: Any, columns: int = 2) -> None:
+def _headroom(rows: int) -> float:
+    """How much higher than its highest value a panel is, for the rows of its legend."""
+    return 1.15 + 0.15 * rows
+
+
+def _legend(axes: Any, columns: int = COLUMNS) -> None:
     axes.legend(
         fontsize=7,
         loc="upper left",
@@ -164,7 +169,7 @@ def _task_order(axes: Any, lines: Lines) -> None:
     longest = max(len(line.values) for line in lines.lines)
     most = max(value for line in lines.lines for value in line.values)
     axes.set_xlim(0.4, longest + 0.6)
-    axes.set_ylim(0, max(1, most) * HEADROOM)
+    axes.set_ylim(0, max(1, most) * _headroom(-(-len(lines.lines) // COLUMNS)))
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.yaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("task, in order")

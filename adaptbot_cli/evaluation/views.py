@@ -78,14 +78,16 @@ def _over_tasks(
     asked: tuple[Line, ...], taught: tuple[Line, ...], carried: bool
 ) -> tuple[Lines, Lines]:
     """Questions and growth; each says whether a task knows what was taught in those before it."""
-    if carried:
-        return (
-            Lines("Questions to the person", "knowledge carried over", "questions", asked),
-            Lines("Growth of the knowledge graph", "carried over", "facts more than before", taught),
-        )
+    order = "knowledge carried over" if carried else "each task from the same graph"
+    growth = "Growth of the knowledge graph" if carried else "What the person taught"
+    sofar = (
+        "facts added since before task 1"
+        if carried
+        else "different facts so far; none carried over"
+    )
     return (
-        Lines("Questions to the person", "each task from the same graph", "questions", asked),
-        Lines("What the person taught", "all tasks so far, not carried over", "facts", taught),
+        Lines("Questions to the person", order, "questions", asked),
+        Lines(growth, sofar, "facts", taught),
     )
 
 
