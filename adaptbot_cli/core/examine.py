@@ -86,16 +86,19 @@ def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:
 
 
 def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
-    """Findings without those that an earlier step has already; a state is that of its own step.
+    """Findings without those that an earlier step has already, which gets the numbers of all the
+    steps; a state is that of its own step.
 
     A name is unknown but once, though what is near it depends on what the step wants there.
     """
-    first: dict[tuple[str, str, str, int | None], Finding] = {}
+    alike: dict[tuple[str, str, str, int | None], list[Finding]] = {}
     for finding in findings:
         step = finding.step if finding.code in _OF_ITS_STEP else None
         message = finding.message if finding.code not in _OF_A_NAME else ""
-        first.setdefault((finding.code, finding.subject, message, step), finding)
-    return first.values()
+        alike.setdefault((finding.code, finding.subject, message, step), []).append(finding)
+    for first, *others in alike.values():
+        places = dict.fromkeys(each.step for each in (first, *others) if each.step is not None)
+        yield replace(first, steps=tuple(places))
 
 
 def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) -> str:

@@ -54,9 +54,10 @@ class Finding:
     """Something about a plan that a check found.
 
     `code` is a key of `findings.CODES`; `step` the number of the step (counted from 1), if it is
-    about one; `subject` the name that it is about; `candidates` the nearest names that would do;
-    `prop` the attribute that it is about, in short.
-    `remedy` is a step that would mend it and where, in words; it makes no other finding.
+    about one, and `steps` those of all that it is about, where they are several; `subject` the name
+    that it is about; `candidates` the nearest names that would do; `prop` the attribute that it is
+    about, in short. `remedy` is a step that would mend it and where, in words. Neither that nor
+    `steps` makes another finding.
     """
 
     code: str
@@ -68,6 +69,12 @@ class Finding:
     column: int | None = None
     remedy: str = field(default="", compare=False)
     prop: str = ""
+    steps: tuple[int, ...] = field(default=(), compare=False)
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """The numbers of all the steps that it is about, in order."""
+        return self.steps or (() if self.step is None else (self.step,))
 
 
 @dataclass(frozen=True, slots=True)

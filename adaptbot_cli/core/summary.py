@@ -12,7 +12,7 @@ Json = dict[str, Any]
 
 
 def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None]) -> Json:
-    """Return a result as an object of lists, strings and numbers (docs/json.md).
+    """Return a result as an object of lists, strings and numbers; findings: docs/findings.md.
 
     `revisions` are the workspace's before and after the run.
     """
@@ -87,6 +87,7 @@ def _finding(finding: Finding) -> Json:
     return {
         "code": finding.code,
         "step": finding.step,
+        "steps": list(finding.places),
         "subject": finding.subject,
         "message": finding.message,
         "candidates": list(finding.candidates),

@@ -37,6 +37,7 @@ SUMMARY: dict[str, Any] = {
         {
             "code": str,
             "step": (int, None),
+            "steps": [int],
             "subject": str,
             "message": str,
             "candidates": [str],

@@ -1,9 +1,11 @@
 """`adaptbot check`, from the outside."""
 
+import json
 import random
 
 from tests.cli.command import Home, mapped
 from tests.cli.shape import is_summary
+from tests.evaluation.shared import published
 
 TEA = """\
 pick_up_rec("pot")
@@ -71,6 +73,25 @@ def test_findings_are_shown_and_nothing_is_dropped(home: Home) -> None:
     for told in ("moonstone", "levitate", "E201", "E101"):
         assert told in ended.said
     assert "dropped" not in ended.said
+
+
+def test_a_finding_names_all_the_steps_that_the_table_marks(home: Home) -> None:
+    lines = (published() / "plans.dev.jsonl").read_text().splitlines()
+    row = next(r for r in map(json.loads, lines) if r["id"] == "gpt-3.5/cooking/16")
+    plan = home.write("samosa", row["trials"]["llm"]["answers"][0])
+    command = ["check", plan, "--domain", "kitchen", "--task", "make samosa"]
+    told = home.adaptbot(*command, "--json").json()
+    assert is_summary(told)
+    for code in ("E202", "E302", "W603"):
+        marked = [step["n"] for step in told["steps"] if code in step["codes"]]
+        found = [finding for finding in told["findings"] if finding["code"] == code]
+        assert sorted({n for finding in found for n in finding["steps"]}) == marked
+        assert all(finding["step"] == finding["steps"][0] for finding in found)
+    of_kind = next(f["steps"] for f in told["findings"] if f["code"] == "E202")
+    shown = home.adaptbot(*command, COLUMNS="80")
+    first, second, *rest = of_kind
+    assert f"E202  steps {first}, {second} and {len(rest)} more  countertop" in shown.out
+    assert len(rest) > 2 and "2 findings open" in shown.out
 
 
 def test_no_plan(home: Home) -> None:

@@ -123,7 +123,24 @@ def test_a_name_unknown_in_three_steps_is_one_finding_at_its_first_step() -> Non
     plan = "wait(1)\ntake(gadget)\nput(gadget, bench)\ndry_part(gadget)"
     report = examine(parsed(plan), plan, scene())
     assert [(f.code, f.step, f.line) for f in report.findings] == [("E201", 2, 2)]
+    assert [f.places for f in report.findings] == [(2, 3, 4)]
     assert [step.codes for step in report.steps] == [(), ("E201",), ("E201",), ("E201",)]
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [
+        "take(gadget)\nput(gadget, bench)\ntake(bench)\ndry_part(gadget)\ntake(bench)",
+        "polish(board)\nsell(board)\npolish(gadget)\nwait(1)\nsell(board)\nopen(everything)",
+        "drill_hole(vase)\ndrill_hole(plank)\ndrill_hole(vase)\ncharge(drill)\ncharge(drill)",
+    ],
+)
+def test_the_findings_name_every_step_that_the_table_marks(plan: str) -> None:
+    report = examine(parsed(plan), plan, scene(workshop(), "board"))
+    marked = {(c, n) for n, step in enumerate(report.steps, start=1) for c in step.codes}
+    named = {(f.code, place) for f in report.findings for place in f.places}
+    assert marked == named
+    assert all(f.step == next(iter(f.places), None) for f in report.findings)
 
 
 def test_a_name_is_unknown_once_though_different_things_are_near_it_in_different_places() -> None:

@@ -174,14 +174,15 @@ def _merged(findings: Iterable[Finding]) -> list[tuple[Finding, list[int]]]:
     merged: dict[tuple[str, str], tuple[Finding, list[int]]] = {}
     for finding in findings:
         _, places = merged.setdefault((finding.code, finding.message), (finding, []))
-        if finding.step is not None and finding.step not in places:
-            places.append(finding.step)
+        places += [place for place in finding.places if place not in places]
     return list(merged.values())
 
 
 def _where(places: Sequence[int], finding: Finding) -> str:
     if places:
-        return ("step " if len(places) == 1 else "steps ") + sentence_list([*map(str, places)], 3)
+        shown = 3 if len(places) == 3 else 2  # "3 more" never stands for what would fit as well
+        told = sentence_list([*map(str, sorted(places))], shown)
+        return f"{'step' if len(places) == 1 else 'steps'} {told}"
     return f"line {finding.line}" if finding.line is not None else "plan"
 
 
