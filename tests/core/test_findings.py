@@ -165,3 +165,16 @@ def test_a_finding_of_a_step_has_the_number_it_has_after_missing_steps_are_inser
     assert finding.step == 3
     assert finding.line == 2
     assert report.steps[finding.step - 1].source == "sell(board)"
+
+
+def test_the_reference_has_a_row_for_each_code_and_no_other() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "findings.md").read_text()
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in text.splitlines()
+        if re.match(r"\| [A-Z]\d", line)
+    ]
+    assert [row[0] for row in rows] == list(CODES)
+    for code, meaning, blocks, remedy in rows:
+        assert blocks == ("yes" if CODES[code].blocks else "no"), code
+        assert meaning and remedy, code

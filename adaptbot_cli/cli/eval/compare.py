@@ -31,12 +31,12 @@ def compare(
         typer.echo(f"{told}: left out", err=True)
     settings = comparing.other_settings(old, new)
     if json:
-        told = {
+        printed = {
             "regression": bool(worse),
             "settings": {name: list(values) for name, values in settings.items()},
             "differences": [change.as_json() for change in found],
         }
-        print_json(told)
+        print_json(printed)
     else:
         from adaptbot_cli.evaluation.contrast import contrast
 
