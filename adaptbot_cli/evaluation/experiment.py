@@ -83,6 +83,15 @@ class Experiment:
         """The number of trials."""
         return len(self.rows) * len(self.setting.arms)
 
+    def settings(self) -> Json:
+        """Return the settings for the report, with the graphs that are meant where none is named.
+
+        `kg` are the files or the pack that trials start from, `truth` those that the person knows.
+        """
+        told = self.setting.as_json()
+        base = told["kg"] or [self.world.where]
+        return {**told, "kg": base, "truth": told["truth"] or base}
+
     def key(self) -> str:
         """Return what tells this experiment from others, its inputs included."""
         graphs = (self.world.base or (), self.world.truth or ())
@@ -222,6 +231,13 @@ def _nothing_left(setting: Setting, rows: Sequence[Row], ours: Sequence[Row]) ->
         f"no recording is of the domain {setting.domain}; there are some of {found}. If one of "
         f"these is meant, its name is an ab:alias in kg/{setting.domain}/domain.ttl"
     )
+
+
+def together(experiments: Sequence[Experiment]) -> Json:
+    """Return the settings of several experiments: lists of domains, of bases and of truths."""
+    each = [experiment.settings() for experiment in experiments]
+    lists = {name: [told[name] for told in each] for name in ("domain", "kg", "truth")}
+    return {**each[0], **lists}
 
 
 def report(settings: Json, trials: Sequence[Json]) -> Json:

@@ -8,6 +8,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from adaptbot_cli.core.visible import visible
+
 Json = dict[str, Any]
 HEADS = {"llm": "LLM", "llm+kg": "LLM + KG", "llm+kg+human": "LLM + KG + Human"}
 
@@ -61,7 +63,8 @@ TITLES = {measure.name: measure.title.removesuffix(", %") for measure in MEASURE
 def tables(report: Json) -> RenderableType:
     """Lay out a report: one table for each model and domain, and what people scored."""
     settings, groups = report["settings"], report["groups"]
-    parts: list[RenderableType] = []
+    parts: list[RenderableType] = [Text(visible(line), "dim") for line in graphs(settings)]
+    parts += [Text()]
     for group in groups:
         parts += [_title(group, settings), _table(group), Text()]
     parts += [_all_together(report), Text()] if len(groups) > 1 else []
@@ -69,6 +72,22 @@ def tables(report: Json) -> RenderableType:
     if scored:
         parts += [_scored(scored)]
     return Group(*parts)
+
+
+def graphs(settings: Json) -> list[str]:
+    """Say on which graphs experiments run, a line for each."""
+    if isinstance(settings["domain"], str):
+        return [_graphs(settings["domain"], settings["kg"], settings["truth"], settings["arms"])]
+    each = zip(settings["domain"], settings["kg"], settings["truth"], strict=True)
+    return [_graphs(domain, base, truth, settings["arms"]) for domain, base, truth in each]
+
+
+def _graphs(domain: str, base: Sequence[str], truth: Sequence[str], arms: Sequence[str]) -> str:
+    told = f"{domain}: trials start from {' + '.join(base)}"
+    if "llm+kg+human" not in arms:
+        return told
+    known = "the same" if truth == base else " + ".join(truth)
+    return f"{told}; the simulated person knows {known}"
 
 
 def _title(group: Json, settings: Json) -> Text:

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.evaluation.experiment import Experiment, Setting, prepare, report
+from adaptbot_cli.evaluation.experiment import Experiment, Setting, prepare, report, together
 from adaptbot_cli.evaluation.figures import figures
 from adaptbot_cli.evaluation.recordings import read_recordings
 from adaptbot_cli.evaluation.results import Results
@@ -56,13 +56,12 @@ def experiments(published: Path, **changes: Any) -> Iterator[Experiment]:
 def run(published: Path, jobs: int, **changes: Any) -> Json:
     """Run the four experiments and put their trials together."""
     trials: list[Json] = []
-    settings: Json = {}
-    for experiment in experiments(published, jobs=jobs, **changes):
+    each = list(experiments(published, jobs=jobs, **changes))
+    for experiment in each:
         results = Forgetful()
         with experiment.workers(results) as pool:
             trials += experiment.run(results, pool=pool)
-        settings = experiment.setting.as_json()
-    return report(settings, trials)
+    return report(together(each), trials)
 
 
 def goals(

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.cli.command import Home
-from tests.cli.test_check import TEA
+from tests.cli.test_check import HOME, TEA
 from tests.evaluation.test_published import plant, recording
 
 ARMS = ["llm", "llm+kg", "llm+kg+human"]
@@ -67,12 +67,33 @@ def test_the_table(used: Home) -> None:
     path = used.write("one.jsonl", rows(1))
     ended = used.adaptbot("eval", path, "--domain", "kitchen", COLUMNS="80")
     assert ended.code == 0
+    assert ended.err.startswith("kitchen: trials start from ")
+    assert ended.err.endswith("/kg/kitchen; the simulated person knows the same\n")
+    assert ended.out.startswith("kitchen: trials start from ")
     assert "goal met, %" in ended.out and "LLM + KG + Human" in ended.out
     assert "paper, 30 recipes" in ended.out
     assert max(map(len, ended.out.splitlines())) <= 80
     lines = ended.out.splitlines()
     title = next(n for n, line in enumerate(lines) if "scored by people" in line)
     assert "91.1" in ended.out and all("91.1" not in line for line in lines[:title])
+
+
+def test_the_graphs_that_it_runs_on_are_said(used: Home) -> None:
+    path = used.write("one.jsonl", rows(1))
+    base, truth = (used.write(name, HOME) for name in ("base.ttl", "truth.ttl"))
+    command = ["eval", path, "--domain", "kitchen", "--kg", base, "--jobs", "1"]
+    alone, known, as_json = used.adaptbots(
+        [
+            [*command, "--arms", "llm", "--truth", truth],
+            [*command, "--truth", truth],
+            [*command, "--json"],
+        ]
+    )
+    assert alone.err.splitlines()[0] == f"kitchen: trials start from {base}"
+    told = f"kitchen: trials start from {base}; the simulated person knows {truth}"
+    assert known.err.splitlines()[0] == told
+    settings = as_json.json()["settings"]
+    assert (as_json.err, settings["kg"], settings["truth"]) == ("", [base], [base])
 
 
 def test_options_that_cannot_be_meant(used: Home) -> None:
@@ -163,6 +184,8 @@ def test_published(used: Home, tmp_path: Path) -> None:
     assert ended.code == 0, ended.err
     told = ended.json()
     assert told["settings"]["domain"] == ["kitchen"]
+    assert told["settings"]["kg"] == [[str(part / "initial_onto.ttl")]]
+    assert told["settings"]["truth"] == [[str(part / "LLM_KG_Human" / "initial_onto.ttl")]]
     assert told["arms"]["llm+kg"]["goal_met"] == 1 and told["arms"]["llm+kg"]["n"] == 2
 
 

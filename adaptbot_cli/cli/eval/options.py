@@ -59,6 +59,17 @@ def cores(option: int | None) -> int:
     return option or os.cpu_count() or 1
 
 
+def tell_graphs(settings: dict[str, Any], json: bool) -> None:
+    """Say on stderr, before the first trial, on which graphs it all runs."""
+    if json:
+        return  # the report says it
+    from adaptbot_cli.core.visible import visible
+    from adaptbot_cli.evaluation.tables import graphs
+
+    for line in graphs(settings):
+        typer.echo(visible(line), err=True)
+
+
 def show(report: dict[str, Any], json: bool, plot: Path | None) -> None:
     """Draw a report if that is asked for, and print it as JSON or as tables and charts."""
     from adaptbot_cli.cli.common import console, print_json

@@ -38,7 +38,7 @@ def published(
     Each model and domain starts from its own published graph; the simulated person knows the one
     that the authors' people left.
     """
-    from adaptbot_cli.evaluation.experiment import Setting, of_published, report
+    from adaptbot_cli.evaluation.experiment import Setting, of_published, report, together
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.published import read_published, write_recordings
 
@@ -61,6 +61,7 @@ def published(
         select=select,
     )
     experiments = of_published(series, setting, workspace(workspace_dir))
+    told = together(experiments)
+    options.tell_graphs(told, json)
     trials = carry_out(experiments, None)
-    told = {**setting.as_json(), "domain": [each.setting.domain for each in experiments]}
     options.show(report(told, trials), json, plot)

@@ -81,8 +81,9 @@ def run(
     rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)
     experiment = prepare(setting, rows, home)
     _tell_skipped(experiment)
+    options.tell_graphs(experiment.settings(), json)
     trials = carry_out([experiment], results)
-    options.show(report(setting.as_json(), trials), json, plot)
+    options.show(report(experiment.settings(), trials), json, plot)
 
 
 def _tell_skipped(experiment: "Experiment") -> None:
