@@ -1,6 +1,7 @@
 """Small readings of trusted SPARQL text from a domain pack. Nothing a model wrote comes here."""
 
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 
 import pyoxigraph
@@ -55,6 +56,47 @@ def mentions(query: str) -> frozenset[URIRef]:
         if match[2] in spaces
     }
     return frozenset(found)
+
+
+_UPDATES = frozenset(
+    ("INSERT", "DELETE", "WITH", "LOAD", "CLEAR", "DROP", "CREATE", "ADD", "MOVE", "COPY")
+)
+_QUERIES = frozenset(("SELECT", "ASK", "CONSTRUCT", "DESCRIBE"))
+_PROLOGUE = re.compile(r"\s*(?:PREFIX\s+[^\s:]*:|BASE)\s*<[^<>\s]*>", re.IGNORECASE)
+
+
+def form_of(text: str) -> str:
+    """Return what a text begins as, "query" or "update"; "" if as neither."""
+    body = re.sub(SKIP, _blanked, text, flags=re.DOTALL)
+    while prologue := _PROLOGUE.match(body):
+        body = body[prologue.end() :]
+    word = re.match(r"\s*(\w*)", body)
+    first = word[1].upper() if word else ""
+    return "update" if first in _UPDATES else "query" if first in _QUERIES else ""
+
+
+def unknown_prefixes(text: str, known: Iterable[str]) -> list[str]:
+    """Return the prefixes that a query uses, and neither declares nor finds among those known."""
+    plain = re.sub(SKIP, lambda m: m[0] if m[0].startswith("<") else " ", text, flags=re.DOTALL)
+    declared = {*known, *re.findall(r"PREFIX\s+([\w.-]*):", plain, re.IGNORECASE)}
+    bare = re.sub(SKIP, " ", plain, flags=re.DOTALL)
+    used = re.findall(r"(?<![\w:?$.-])([A-Za-z][\w.-]*)?:(?=[\w%\\])", bare)
+    return [prefix for prefix in dict.fromkeys(used) if prefix not in declared]
+
+
+def in_order(query: str, names: Iterable[str]) -> str:
+    """Return a `SELECT *` with its variables named, in the order in which they first stand.
+
+    Any other query is returned as it is.
+    """
+    plain = re.sub(SKIP, lambda m: " " * len(m[0]), query, flags=re.DOTALL)
+    star = re.match(r"[^{]*?\bSELECT\s+(?:DISTINCT\s+|REDUCED\s+)?(\*)", plain, re.IGNORECASE)
+    wanted = frozenset(names)
+    if star is None or not wanted:
+        return query
+    shown = dict.fromkeys(name for name in used_variables(query) if name in wanted)
+    listed = " ".join(f"?{name}" for name in shown)
+    return f"{query[: star.start(1)]} {listed} {query[star.end(1) :]}"
 
 
 def prefixes_of(query: str) -> dict[str, str]:
