@@ -96,7 +96,10 @@ def check_domain(
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
-    """Check a domain's files: whether they can be read and make sense together."""
+    """Check a domain's files: whether they can be read and make sense together; 3 if not.
+
+    What tasks need and this home lacks is no fault, and told with "!".
+    """
     from rich.text import Text
 
     from adaptbot_cli import session
@@ -104,13 +107,15 @@ def check_domain(
 
     home = workspace(workspace_dir)
     name = domain_name(name, home)
-    kg, found = session.check_pack(home, name)
+    kg, found, hints = session.check_pack(home, name)
     if json:
-        print_json({"domain": name, "faults": found})
+        print_json({"domain": name, "faults": found, "hints": hints})
         return FAULTS if found else 0
     out = console()
     for fault in found:
         out.print(Text("✗ ", "red") + Text(visible(fault)), soft_wrap=not out.is_terminal)
+    for hint in hints:
+        out.print(Text("! ", "yellow") + Text(visible(hint)), soft_wrap=not out.is_terminal)
     if found or kg is None:
         return FAULTS
     nodes, edges = kg.size()

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.datatypes import DATATYPES, is_value
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Property
 from adaptbot_cli.core.kg import Kg
@@ -19,9 +20,6 @@ from adaptbot_cli.core.names import a, nearest
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, FACT_TERMS, STATES, Triple, local
 
 Facts = Sequence[Triple]
-
-
-_EXAMPLES = {XSD.boolean: "true or false", XSD.string: 'a text in quotes, such as "egg"'}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +58,9 @@ class Fault:
 def faults(kg: Kg) -> list[Fault]:
     """Return what the domain does not allow in the whole graph and pack; none if all is well.
 
-    A home may lack what a task needs: that is `unknown_needs`.
+    A home may lack what a task needs: that is `lacking`.
     """
-    return list(dict.fromkeys([*fact_faults(kg), *(Fault("", said) for said in misnamed(kg))]))
+    return list(dict.fromkeys([*fact_faults(kg), *_of_pack(kg)]))
 
 
 def fact_faults(kg: Kg) -> list[Fault]:
@@ -92,20 +90,9 @@ def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault
     return [fault for fault in after if fault.key not in known]
 
 
-def unknown_needs(kg: Kg) -> Iterator[str]:
-    """Tell what tasks need and the home does not have."""
-    for task in kg.domain.tasks:
-        for item in task.required:
-            if not kg.find(item):
-                names = (str(name) for p in kg.named_by for name in kg.facts.objects(None, p))
-                remedy = _instead(item, names, "add it there")
-                told = f"needs {item}, which attributes.ttl does not have"
-                yield f'tasks.ttl, entry "{task.name}": {told}; {remedy}'
-
-
 def _of_pack(kg: Kg) -> Iterator[Fault]:
-    """What the actions and properties name that is not there; a home may lack a task's things."""
-    yield from (Fault("", said) for said in misnamed(kg) if not said.startswith("tasks.ttl"))
+    """What the pack names that is not there; a home may lack a task's things."""
+    yield from (Fault("", said) for said in misnamed(kg))
 
 
 def _effective(kg: Kg, delta: Delta) -> Delta:
@@ -239,11 +226,11 @@ def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
     short = _called(prop)
     if str(prop.range).startswith(str(XSD)):
         wanted = a(local(prop.range))
-        remedy = f"write {_EXAMPLES.get(prop.range, 'a number')}"
+        remedy = f"write {DATATYPES.get(prop.range, wanted)}"
         if isinstance(value, Literal) and value.ill_typed:
             # What it was is lost: rdflib has made something else of it.
             yield f"{short} is not written as {wanted} is", remedy
-        elif not _is_value(value, prop.range):
+        elif not is_value(value, prop.range):
             yield f"{short} must be {wanted}, not {local(value)}", remedy
     elif not prop.range:
         return
@@ -254,13 +241,6 @@ def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
     elif not kg.is_a(value, [prop.range]):
         wanted = a(_label(kg, prop.range))
         yield f"{short} must be {wanted}, {kg.name(value)} is not", f"name {wanted}"
-
-
-def _is_value(value: Node, datatype: URIRef) -> bool:
-    if not isinstance(value, Literal) or value.language:
-        return False
-    is_decimal = datatype == XSD.decimal and value.datatype == XSD.integer
-    return is_decimal or (value.datatype or XSD.string) == datatype
 
 
 def _several_values(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:

@@ -3,16 +3,16 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from rdflib import RDF, RDFS, XSD, BNode, Literal, URIRef
+from rdflib import RDF, RDFS, BNode, Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.datatypes import DATATYPES, is_value
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Kind, Property
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.terms import AB, FACT_TERMS, Triple, local
 
 _DECLARES = frozenset({RDFS.Class, RDF.Property})
-_DATATYPES = {XSD.boolean: bool, XSD.string: str, XSD.integer: int}
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +160,8 @@ class _Sorting:
         return self._range(prop, value)
 
     def _range(self, prop: Property, value: Node) -> str:
-        if prop.range in _DATATYPES:
-            fits = isinstance(value, Literal) and type(value.toPython()) is _DATATYPES[prop.range]
+        if prop.range in DATATYPES:
+            fits = is_value(value, prop.range)
             return "" if fits else f"{local(prop.iri)} must be {a(local(prop.range))}"
         if value not in self.kinds:
             return f"nothing says what {local(value)} is"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.datatypes import NUMBERS
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Domain, Kind, Property
 from adaptbot_cli.core.kg import Kg
@@ -135,20 +136,12 @@ def _form_of(
     """How a property is asked for, from its range: as yes or no, a number, a text or a place."""
     if prop.range == XSD.boolean:
         return "attribute", yes_no(prevents), ""
-    if prop.range in _NUMBERS:
-        return "value", (), _NUMBERS[prop.range]
+    if prop.range in NUMBERS:
+        return "value", (), NUMBERS[prop.range]
     if prop.range not in kg.domain.kinds:
         return "value", (), ""
     choices = [Choice(kg.name(p), kg.name(p)) for p in _handy(kg, places(kg, name, prop))]
     return "place", (*choices, Choice(UNKNOWN, "I don't know", prevents)), ""
-
-
-_NUMBERS = {
-    XSD.integer: "whole number",
-    XSD.decimal: "number",
-    XSD.double: "number",
-    XSD.float: "number",
-}
 
 
 def _follows(kg: Kg, prop: Property) -> tuple[Follows, ...]:

@@ -4,21 +4,25 @@ from collections.abc import Iterable, Iterator
 
 from rdflib import OWL, RDF, RDFS, XSD, URIRef
 
+from adaptbot_cli.core.datatypes import DATATYPES
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import nearest
+from adaptbot_cli.core.names import misspelt, nearest
 from adaptbot_cli.core.plan import Goal
+from adaptbot_cli.core.roles import things_in
 from adaptbot_cli.core.sparql import mentions
 from adaptbot_cli.core.terms import AB, FALSE, TRUE, local
 
-_DATATYPES = frozenset(
-    {XSD.boolean, XSD.string, XSD.integer, XSD.decimal, XSD.double, XSD.dateTime, XSD.date}
-)
 _STANDARD = tuple(map(str, (AB, RDF, RDFS, XSD, OWL)))
+THING_LIKE = 0.75
+"""How like a thing's name another must be spelt to be told as the nearest: rice is no brioche."""
 
 
 def misnamed(kg: Kg) -> Iterator[str]:
-    """Give a sentence for each class, property or thing that is named and not there."""
+    """Give a sentence for each class, property or thing that is named and not there.
+
+    What a task's goal names and this home lacks is not among them: that is `lacking`.
+    """
     for kind in kg.domain.kinds.values():
         yield from _kind(kg, kind)
     yield from _properties(kg)
@@ -32,7 +36,7 @@ def misnamed(kg: Kg) -> Iterator[str]:
         yield from _goal(kg, f"domain.ttl, entry {local(kg.domain.iri)}", goal)
     for task in kg.domain.tasks:
         for goal in task.goals:
-            yield from _goal(kg, f'tasks.ttl, entry "{task.name}"', goal)
+            yield from _goal(kg, f'tasks.ttl, entry "{task.name}"', goal, things=False)
 
 
 def _kind(kg: Kg, kind: Kind) -> Iterator[str]:
@@ -62,8 +66,8 @@ def _properties(kg: Kg) -> Iterator[str]:
         if prop.domain and prop.domain not in kinds:
             remedy = _remedy(prop.domain, kinds, "declare it as an rdfs:Class")
             yield f"{where}: {local(prop.domain)} is no class of it; {remedy}"
-        if prop.range and prop.range not in kinds and prop.range not in _DATATYPES:
-            remedy = _remedy(prop.range, (*kinds, *_DATATYPES), "write xsd:boolean, or a class")
+        if prop.range and prop.range not in kinds and prop.range not in DATATYPES:
+            remedy = _remedy(prop.range, (*kinds, *DATATYPES), "write xsd:boolean, or a class")
             yield f"{where}: rdfs:range {local(prop.range)} is no class or datatype; {remedy}"
         for implied in prop.implied:
             if implied.prop and implied.prop not in kg.domain.properties:
@@ -88,7 +92,7 @@ def _action(kg: Kg, action: Action) -> Iterator[str]:
         yield from _query(kg, where, action.effect.select, "ab:effect")
 
 
-def _goal(kg: Kg, where: str, goal: Goal) -> Iterator[str]:
+def _goal(kg: Kg, where: str, goal: Goal, *, things: bool = True) -> Iterator[str]:
     for name in goal.classes:
         if URIRef(name) not in kg.domain.kinds:
             told = f'ab:class {local(URIRef(name))} of "{goal.message}" is no class of domain.ttl'
@@ -98,21 +102,38 @@ def _goal(kg: Kg, where: str, goal: Goal) -> Iterator[str]:
         if iri not in actions:
             told = f'ab:before {local(iri)} of "{goal.message}" is no action of actions.ttl'
             yield f"{where}: {told}; {_remedy(iri, actions, 'declare it there')}"
-    yield from _query(kg, where, goal.query, f'"{goal.message}"')
-    yield from _query(kg, where, goal.about, f'ab:about of "{goal.message}"')
-    yield from _query(kg, where, goal.helped_by, f'ab:with of "{goal.message}"')
+    for query, what in (
+        (goal.query, ""),
+        (goal.about, "ab:about of "),
+        (goal.helped_by, "ab:with of "),
+    ):
+        yield from _query(kg, where, query, f'{what}"{goal.message}"', things=things)
 
 
-def _query(kg: Kg, where: str, query: str, what: str) -> Iterator[str]:
-    """What a query names and neither domain.ttl nor any fact knows."""
+def unknown(kg: Kg, query: str) -> list[URIRef]:
+    """Return the IRIs that a query names and neither domain.ttl nor any fact knows, sorted."""
     known = {*kg.domain.properties, *kg.domain.kinds, kg.domain.agent, kg.domain.iri}
-    for iri in sorted(mentions(query) - known):
-        if str(iri).startswith(_STANDARD):
-            continue
-        if (iri, None, None) not in kg.facts and (None, None, iri) not in kg.facts:
-            things = {s for s in kg.facts.subjects(RDF.type) if isinstance(s, URIRef)}
-            remedy = _remedy(iri, known | things, "declare it there, or correct the name")
+    return [
+        iri
+        for iri in sorted(mentions(query) - known)
+        if not str(iri).startswith(_STANDARD)
+        and (iri, None, None) not in kg.facts
+        and (None, None, iri) not in kg.facts
+    ]
+
+
+def _query(kg: Kg, where: str, query: str, what: str, *, things: bool = True) -> Iterator[str]:
+    """What a query names that is not there; the things among it only if asked for."""
+    for iri in unknown(kg, query):
+        if iri not in things_in(query):
+            known = (*kg.domain.properties, *kg.domain.kinds)
+            remedy = _remedy(iri, known, "declare it there, or correct the name")
             yield f"{where}: {local(iri)} in {what} is not declared in domain.ttl; {remedy}"
+        elif things:
+            here = {local(s) for s in kg.facts.subjects(RDF.type) if isinstance(s, URIRef)}
+            near = misspelt(local(iri), here, THING_LIKE)
+            remedy = f"the nearest there is {near}" if near else "add it there, or correct the name"
+            yield f"{where}: {local(iri)} in {what} is not in attributes.ttl; {remedy}"
 
 
 def _remedy(iri: URIRef, known: Iterable[URIRef], otherwise: str) -> str:

@@ -69,6 +69,16 @@ def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6)
     return [other for _, other in good[:limit]]
 
 
+def misspelt(name: str, known: Iterable[str], floor: float) -> str:
+    """Return the known name that is spelt most like `name`, "" if none is; ties by name.
+
+    Unlike `nearest` it looks at the letters only: green tea is no slip for black tea.
+    """
+    joined = {normal(other).replace("_", ""): other for other in sorted(known, reverse=True)}
+    found = nearest(normal(name).replace("_", ""), joined, 1, floor)
+    return joined[found[0]] if found else ""
+
+
 @dataclass(slots=True)
 class Spellings(Generic[T]):
     """Things by the pairs of letters in their names, to find those worth comparing with a name."""

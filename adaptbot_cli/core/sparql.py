@@ -1,6 +1,7 @@
 """Small readings of trusted SPARQL text from a domain pack. Nothing a model wrote comes here."""
 
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 
 import pyoxigraph
@@ -16,6 +17,7 @@ _PREFIX = re.compile(r"PREFIX\s+(\w*):\s*<([^>]*)>")
 _VARIABLE = "urn:adaptbot:variable:"
 _TOKEN = re.compile(rf"({SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
 
+_GROUPS = ("DELETE", "INSERT", "WHERE")
 _BLANK = r"(?:\s|#[^\n\r]*[\n\r])*"
 _OUTSIDE = re.compile(
     rf"(?<![\w?$:-])(SERVICE|LOAD){_BLANK}(?:SILENT\b{_BLANK})?(?=[<?$]|[\w.-]*:)", re.IGNORECASE
@@ -56,6 +58,47 @@ def mentions(query: str) -> frozenset[URIRef]:
     return frozenset(found)
 
 
+_UPDATES = frozenset(
+    ("INSERT", "DELETE", "WITH", "LOAD", "CLEAR", "DROP", "CREATE", "ADD", "MOVE", "COPY")
+)
+_QUERIES = frozenset(("SELECT", "ASK", "CONSTRUCT", "DESCRIBE"))
+_PROLOGUE = re.compile(r"\s*(?:PREFIX\s+[^\s:]*:|BASE)\s*<[^<>\s]*>", re.IGNORECASE)
+
+
+def form_of(text: str) -> str:
+    """Return what a text begins as, "query" or "update"; "" if as neither."""
+    body = re.sub(SKIP, _blanked, text, flags=re.DOTALL)
+    while prologue := _PROLOGUE.match(body):
+        body = body[prologue.end() :]
+    word = re.match(r"\s*(\w*)", body)
+    first = word[1].upper() if word else ""
+    return "update" if first in _UPDATES else "query" if first in _QUERIES else ""
+
+
+def unknown_prefixes(text: str, known: Iterable[str]) -> list[str]:
+    """Return the prefixes that a query uses, and neither declares nor finds among those known."""
+    plain = re.sub(SKIP, lambda m: m[0] if m[0].startswith("<") else " ", text, flags=re.DOTALL)
+    declared = {*known, *re.findall(r"PREFIX\s+([\w.-]*):", plain, re.IGNORECASE)}
+    bare = re.sub(SKIP, " ", plain, flags=re.DOTALL)
+    used = re.findall(r"(?<![\w:?$.-])([A-Za-z][\w.-]*)?:(?=[\w%\\])", bare)
+    return [prefix for prefix in dict.fromkeys(used) if prefix not in declared]
+
+
+def in_order(query: str, names: Iterable[str]) -> str:
+    """Return a `SELECT *` with its variables named, in the order in which they first stand.
+
+    Any other query is returned as it is.
+    """
+    plain = re.sub(SKIP, lambda m: " " * len(m[0]), query, flags=re.DOTALL)
+    star = re.match(r"[^{]*?\bSELECT\s+(?:DISTINCT\s+|REDUCED\s+)?(\*)", plain, re.IGNORECASE)
+    wanted = frozenset(names)
+    if star is None or not wanted:
+        return query
+    shown = dict.fromkeys(name for name in used_variables(query) if name in wanted)
+    listed = " ".join(f"?{name}" for name in shown)
+    return f"{query[: star.start(1)]} {listed} {query[star.end(1) :]}"
+
+
 def prefixes_of(query: str) -> dict[str, str]:
     """Return the prefixes that a query declares."""
     return dict(_PREFIX.findall(query))
@@ -69,24 +112,34 @@ def split_update(text: str) -> tuple[str, str, str]:
     Raises:
         ValueError: the text has another form; the message completes "ab:effect …".
     """
-    parts: dict[str, str] = {}
-    keyword, depth, start = "", 0, 0
-    for match in _TOKEN.finditer(text):
-        brace, word = match[4], (match[5] or "").upper()
-        if brace == "{":
-            start = match.end() if depth == 0 else start
-            depth += 1
-        elif brace == "}":
-            depth -= 1
-            if depth == 0:
-                parts[keyword] = text[start : match.start()].strip()
-        elif depth == 0 and word:
-            keyword = word
-    if depth or "WHERE" not in parts or not parts.keys() & {"DELETE", "INSERT"}:
+    plain = re.sub(SKIP, _blanked, text, flags=re.DOTALL)
+    heads: list[str] = []
+    groups: list[str] = []
+    depth = start = end = 0
+    for match in (match for match in _TOKEN.finditer(plain) if match[4]):
+        if match[4] == "{" and depth == 0:
+            heads.append(plain[end : match.start()].strip())
+            start = match.end()
+        depth += 1 if match[4] == "{" else -1
+        if depth == 0:
+            groups.append(text[start : match.start()].strip())
+            end = match.end()
+    stray = [head for head in (*heads, plain[end:].strip()) if head and head.upper() not in _GROUPS]
+    if stray and "{" not in stray[0] and heads:
+        found = " ".join(stray[0].split())
+        raise ValueError(f'has "{found}" where only DELETE, INSERT or WHERE may stand')
+    parts = dict(zip([head.upper() for head in heads], groups, strict=False))
+    ordered = [word for word in _GROUPS if word in parts]
+    if depth or len(ordered) < 2 or "WHERE" not in parts or list(parts) != ordered or stray:
         raise ValueError("must be a SPARQL update of the form DELETE {…} INSERT {…} WHERE {…}")
-    if parts.keys() - {"DELETE", "INSERT", "WHERE"}:
-        raise ValueError("may only have DELETE, INSERT and WHERE")
+    if len(heads) > len(parts):
+        raise ValueError("may have each of DELETE, INSERT and WHERE once only")
     return parts.get("DELETE", ""), parts.get("INSERT", ""), parts["WHERE"]
+
+
+def _blanked(match: re.Match[str]) -> str:
+    """A comment as blanks; anything else as it is."""
+    return " " * len(match[0]) if match[0].startswith("#") else match[0]
 
 
 def template(prefixes: str, text: str) -> tuple[Triple, ...]:
@@ -138,12 +191,18 @@ def bindable(query: str) -> str:
         return f"{head[:cut]} {' '.join(missing)} {head[cut:]}{query[body:]}"
     if not names:
         return query
-    return f"{query[:body]}{{ SELECT {names} WHERE {query[body:]} }}"
+    return f"{query[:body]}{{ SELECT {names} WHERE {query[body:]}\n}}"
 
 
 def dollars(query: str) -> list[str]:
     """Return the variables that a query writes as `$name`, as SPARQL allows and this tool not."""
     return [m[2] for m in re.finditer(rf"({SKIP})|(\$\w+)", query, re.DOTALL) if m[2]]
+
+
+def used_variables(query: str) -> list[str]:
+    """Return the name of each variable of a query each time it stands there, in order."""
+    found = re.finditer(rf"({SKIP})|[?$](\w+)", query, re.DOTALL)
+    return [match[2] for match in found if match[2]]
 
 
 @lru_cache(maxsize=1024)

@@ -29,14 +29,18 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Wrong:
-    """Something wrong: the sentence, the file it stands in, what to do, what caused it."""
+    """Something wrong: the sentence, the file it stands in, what to do, what caused it.
+
+    A `hint` is worth knowing and no fault.
+    """
 
     message: str
     file: str = ""
     remedy: str = ""
     cause: str = ""
+    hint: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a plain object."""
         told = {"message": self.message, "file": self.file, "remedy": self.remedy}
-        return {**told, "cause": self.cause or None}
+        return {**told, "cause": self.cause or None, "hint": self.hint}

@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
 
 
-def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str]]:
-    """Return a domain's graph, and a sentence for each fault: file, entry, what to do.
+def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str], list[str]]:
+    """Return a domain's graph, a sentence for each fault, and hints: file, entry, what to do.
 
     With a fault the graph may be None, and is good for nothing but a look.
 
@@ -22,8 +22,8 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
     from adaptbot_cli.adapters.store.reading import check_files
 
     settle(workspace.root)
-    kg, found = check_files(workspace.files(domain))
+    kg, found, hints = check_files(workspace.files(domain))
     if kg is not None and kg.domain.name not in ("", domain):
         told = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
         found.append(f'domain.ttl, entry {kg.domain.name}: {told}; write "{domain}"')
-    return kg, [*found, *library_faults(workspace.library(domain), kg)]
+    return kg, [*found, *library_faults(workspace.library(domain), kg)], hints

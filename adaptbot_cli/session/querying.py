@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.sparql import reaches_out
+from adaptbot_cli.core.sparql import form_of, reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.changing import Proposal, after
@@ -37,14 +37,9 @@ def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
     _keep_in(text)
     kg = load(home.workspace, home.domain, files) if files else home.kg
     graphs = {str(name): set(kg.graph(name)) for name in (ATTRIBUTES, STATES, SCHEMA)}
-    try:
-        return ask(graphs, text, prefixes(home))
-    except UsageError as error:
-        try:
-            _updated(home, text)
-        except UsageError:
-            raise error from None
-        raise UsageError("this would change the graph: say --update if that is meant") from None
+    if form_of(text) == "update":
+        raise UsageError("this is an update, which would change the graph: --update makes it")
+    return ask(graphs, text, prefixes(home))
 
 
 def update(home: Home, text: str) -> Proposal:
@@ -54,6 +49,8 @@ def update(home: Home, text: str) -> Proposal:
         UsageError: it is no valid update, or would reach the network or change the classes.
     """
     _keep_in(text)
+    if form_of(text) == "query":
+        raise UsageError("this is a query, which changes nothing: ask it without --update")
     now = _updated(home, text)
     delta = Delta(home.facts - now, now - home.facts)
     line = " ".join(text.split())

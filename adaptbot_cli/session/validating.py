@@ -25,23 +25,35 @@ _FAULT = re.compile(r"(?P<file>[\w.]+\.ttl), entry (?P<entry>.+?): (?P<told>.+?)
 def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Wrong]:
     """Return everything that is wrong with a domain's files, or with the facts of other files.
 
+    What tasks need and is not there comes last, as hints.
+
     Raises:
         UsageError: there is no such domain.
         KnowledgeError: its folder, or one of the other files, cannot be read.
     """
     from adaptbot_cli.core.faults import faults
+    from adaptbot_cli.core.lacking import lacking
 
     if files:
         kg = load(workspace, domain, files)
         where = ", ".join(map(str, files))
-        return [Wrong(str(fault), where, "correct the file") for fault in faults(kg)]
-    _, found = check_pack(workspace, domain)
+        wrong = [Wrong(str(fault), where, "correct the file") for fault in faults(kg)]
+        return [*wrong, *(_hinted(hint, domain) for hint in lacking(kg))]
+    _, found, hints = check_pack(workspace, domain)
     home: Home | None = Home(workspace, domain) if found else None
     try:
         home = home if home is not None and home.kg and home.facts else None
     except KnowledgeError:
         home = None  # what cannot be loaded has no facts to look the origin up of
-    return [_explained(str(fault), domain, home) for fault in found]
+    wrong = [_explained(str(fault), domain, home) for fault in found]
+    return [*wrong, *(_hinted(hint, domain) for hint in hints)]
+
+
+def _hinted(hint: str, domain: str) -> Wrong:
+    """A hint of the tasks, in the parts of its sentence."""
+    file, _, told = hint.partition(": ")
+    message, _, remedy = told.partition("; ")
+    return Wrong(message, f"kg/{domain}/{file}", remedy, hint=True)
 
 
 def _explained(fault: str, domain: str, home: Home | None) -> Wrong:

@@ -9,9 +9,13 @@ import pytest
 from rdflib import RDF, RDFS, Graph
 from rdflib.compare import isomorphic
 
-from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli import session
+from adaptbot_cli.core.datatypes import DATATYPES
+from adaptbot_cli.core.terms import local
+from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session import changing, querying
 from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.session.validating import validate
 from adaptbot_cli.workspace import Workspace
 
 _DEFAULT = Path(__file__).parents[3] / "shared" / "published"
@@ -137,3 +141,79 @@ def test_what_does_not_fit_is_left_out(tmp_path: Path, name: str) -> None:
     assert any(told in reason for reason in parcel.left_out.values()), parcel.left_out
     left = {(s, p) for s, p, _ in parcel.left_out}
     assert not left & {(s, p) for s, p, _ in proposal.delta.added}
+
+
+VALUES = {
+    "boolean": "true",
+    "string": "heavy",
+    "integer": "3",
+    "decimal": "1.75",
+    "double": "1.5e0",
+    "float": "1.5",
+    "date": "2024-05-31",
+    "dateTime": "2024-05-31T12:00:00Z",
+}
+
+
+@pytest.mark.parametrize("datatype", [local(iri) for iri in DATATYPES])
+def test_a_value_of_any_datatype_comes_back(tmp_path: Path, datatype: str) -> None:
+    workspace = Workspace(tmp_path / "robot")
+    session.start(workspace, "starting")
+    pack = workspace.root / "kg" / "starting"
+    value = f'"{VALUES[datatype]}"^^xsd:{datatype}'
+    for file, more in (
+        ("domain.ttl", f"rdfs:domain ex:thing ; rdfs:range xsd:{datatype} ; ab:graph ab:attribute"),
+        ("attributes.ttl", ""),
+    ):
+        said = f"ex:extra a rdf:Property ; {more} ." if more else f"ex:vase ex:extra {value} ."
+        with (pack / file).open("a", encoding="utf-8") as out:
+            out.write(f"\n@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n{said}\n")
+    assert validate(workspace, "starting") == []
+    here = Home(workspace, "starting")
+    path = tmp_path / "all.ttl"
+    path.write_bytes(querying.exported(workspace, "starting", "turtle", "merged"))
+    parcel, proposal = querying.imported(here, [path], replace=True)
+    assert not parcel.left_out and not proposal.delta
+
+
+@needs_graphs
+def test_what_tasks_name_and_an_import_leaves_out_is_a_hint_each_thing_once(
+    tmp_path: Path,
+) -> None:
+    here = home(tmp_path)
+    path = GRAPHS / "cooking.initial.head.ttl"
+    _, proposal = querying.imported(here, [path], replace=True)
+    assert changing.commit(here, proposal)
+    told = validate(here.workspace, "kitchen")
+    assert told and all(wrong.hint and wrong.file.endswith("tasks.ttl") for wrong in told)
+    things = [wrong.message.split(" is not in ")[0] for wrong in told]
+    assert len(things) == len(set(things)) and {"egg", "rice"} <= set(things)
+    assert not any("brioche" in wrong.remedy for wrong in told)
+
+
+@pytest.mark.parametrize(
+    ("text", "update", "told"),
+    [
+        ("DELETE WHERE { ex:egg ?p ?o }", False, "this is an update, .*--update makes it"),
+        ("ASK { ex:egg ?p ?o }", True, "this is a query"),
+        (
+            "ASK { ex:egg foo:p ?o }",
+            False,
+            "prefix foo: is not known; .* ab:, ex:, rdf:, rdfs: and",
+        ),
+        ("INSERT DATA { ex:egg foo:p 1 }", True, "prefix foo: is not known"),
+    ],
+)
+def test_a_query_of_the_wrong_form_is_told(
+    tmp_path: Path, text: str, update: bool, told: str
+) -> None:
+    with pytest.raises(UsageError, match=told):
+        (querying.update if update else querying.query)(home(tmp_path), text)
+
+
+def test_columns_stand_as_in_the_query(tmp_path: Path) -> None:
+    text = "SELECT * { ?z ex:obj_name ?b FILTER(?b = 'egg') OPTIONAL { ?z ex:obj_location ?a } }"
+    found = querying.query(home(tmp_path), text)
+    assert found.variables == ("z", "b", "a")
+    assert json.loads(found.json)["head"]["vars"] == ["z", "b", "a"]
+    assert [str(value) for value in found.rows[0]] == [f"{EX}egg", "egg", f"{EX}fridge"]

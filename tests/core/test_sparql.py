@@ -7,11 +7,14 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.sparql import (
     bindable,
+    form_of,
+    in_order,
     mentions,
     prefixed,
     reaches_out,
     split_update,
     template,
+    unknown_prefixes,
     variables,
 )
 from tests.worlds import PREFIXES, W, workshop
@@ -21,6 +24,47 @@ PREFIX = f"PREFIX w: <{W}> "
 
 def w(name: str) -> URIRef:
     return URIRef(W + name)
+
+
+@pytest.mark.parametrize(
+    ("text", "form"),
+    [
+        ("DELETE WHERE { ?s ?p ?o }", "update"),
+        ("# SELECT\nprefix x: <urn:x#> BASE <urn:y> insert data { x:a x:b x:c }", "update"),
+        ("PREFIX : <urn:x> ASK { ?delete :insert 'DELETE' }", "query"),
+        ("describe <urn:x>", "query"),
+        ("?x", ""),
+        ("", ""),
+    ],
+)
+def test_what_a_text_begins_as(text: str, form: str) -> None:
+    assert form_of(text) == form
+
+
+@pytest.mark.parametrize(
+    ("text", "unknown"),
+    [
+        ("ASK { ?s foo:a ?o ; w:b bar:c, foo:d }", ["foo", "bar"]),
+        ("PREFIX foo: <x:y> ASK { ?s foo:a 'no:pe' . _:b w:c <a:b> } # so:so", []),
+        ("ASK { ?s :a ?o }", [""]),
+        ("PREFIX : <x:y> ASK { ?s :a ?o }", []),
+    ],
+)
+def test_unknown_prefixes(text: str, unknown: list[str]) -> None:
+    assert unknown_prefixes(text, {"w"}) == unknown
+
+
+@pytest.mark.parametrize(
+    ("query", "named"),
+    [
+        ("SELECT * { ?z w:p ?a . ?a w:p ?b }", "SELECT  ?z ?a ?b  { ?z w:p ?a . ?a w:p ?b }"),
+        ("select distinct *{ ?b w:p ?a }", "select distinct  ?b ?a { ?b w:p ?a }"),
+        ("SELECT ?a { { SELECT * { ?z w:p ?a } } }", ""),
+        ("SELECT (COUNT(*) AS ?a) { ?z w:p ?b }", ""),
+    ],
+)
+def test_columns_stand_in_the_order_of_the_query(query: str, named: str) -> None:
+    assert in_order(query, variables(query)) == (named or query)
 
 
 @pytest.mark.parametrize(

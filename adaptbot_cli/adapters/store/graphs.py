@@ -12,6 +12,8 @@ from rdflib import BNode
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.turtle import serialize
+from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.core.sparql import in_order, unknown_prefixes
 from adaptbot_cli.core.terms import Triple, kept, node_of, term_of, triple_of
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
@@ -112,7 +114,11 @@ def ask(
     """
     store = _store(graphs)
     try:
-        found = store.query(query, prefixes=dict(prefixes))
+        found: Any = store.query(query, prefixes=dict(prefixes))
+        if isinstance(found, pyoxigraph.QuerySolutions):
+            # The engine gives the columns of SELECT * by the alphabet.
+            query = in_order(query, (variable.value for variable in found.variables))
+            found = store.query(query, prefixes=dict(prefixes))
         if isinstance(found, pyoxigraph.QueryTriples):
             return Answered(graph=frozenset(triple_of(triple) for triple in found))
         form = pyoxigraph.QueryResultsFormat.JSON
@@ -124,7 +130,7 @@ def ask(
         rows = tuple(tuple(_value(value) for value in row) for row in again)
         return Answered(names, rows, json=told)
     except (SyntaxError, ValueError, OSError) as error:
-        raise _invalid(error) from error
+        raise _invalid(error, query, prefixes) from error
 
 
 def update(
@@ -142,7 +148,7 @@ def update(
     try:
         store.update(text, prefixes=dict(prefixes))
     except (SyntaxError, ValueError, OSError) as error:
-        raise _invalid(error) from error
+        raise _invalid(error, text, prefixes) from error
     quads = list(store)
     if any(not isinstance(quad.graph_name, pyoxigraph.DefaultGraph) for quad in quads):
         raise UsageError(
@@ -169,5 +175,12 @@ def _value(value: Any) -> Node | None:
     return None if value is None else node_of(value)
 
 
-def _invalid(error: Exception) -> UsageError:
-    return UsageError(f"this is no valid SPARQL: {' '.join(str(error).split())}")
+def _invalid(error: Exception, text: str, prefixes: Mapping[str, str]) -> UsageError:
+    """What is wrong with a query, in words; the engine's list of characters is for nobody."""
+    unknown = unknown_prefixes(text, prefixes)
+    if unknown:
+        here = sentence_list([f"{name}:" for name in sorted(prefixes)], len(prefixes))
+        told = f"the prefix {unknown[0]}: is not known; those known here are {here}"
+        return UsageError(f"{told}. Declare others: PREFIX {unknown[0]}: <…>")
+    told = " ".join(str(error).split()).partition(", [")[0].partition(" expected one of [")[0]
+    return UsageError(f"this is no valid SPARQL: {told}")

@@ -10,8 +10,9 @@ import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.faults import faults, unknown_needs
+from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.lacking import lacking
 from adaptbot_cli.core.pack import Sources, examine_domain, read_domain
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, node_of
 from adaptbot_cli.errors import KnowledgeError, PackError
@@ -75,8 +76,8 @@ def paths_of(domain: str) -> list[str]:
     return [f"kg/{domain}/{name}" for name in (*DOMAIN_FILES, *FACT_FILES)]
 
 
-def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str]]:
-    """Look at a pack as `load_kg` reads it, and tell every fault rather than the first.
+def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str], list[str]]:
+    """Look at a pack as `load_kg` reads it, and tell every fault rather than the first, and hints.
 
     The graph is None if the files hold none; with faults it is good for further checks only.
     """
@@ -88,15 +89,15 @@ def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str]]:
         except KnowledgeError as error:
             found.append(str(error))
     if "domain.ttl" not in graphs:
-        return None, found
+        return None, found, []
     parts = [graphs.get(name, Graph()) for name in DOMAIN_FILES]
     domain, notes = examine_domain(Sources(*parts))
     found += notes.sentences
     if len(graphs) < len(DOMAIN_FILES) + len(FACT_FILES):
-        return None, found
+        return None, found, []
     kg = Kg.load(domain, graphs["attributes.ttl"], graphs["state.ttl"])
     found += misplaced(graphs, domain)
-    return kg, [*found, *map(str, faults(kg)), *unknown_needs(kg)]
+    return kg, [*found, *map(str, faults(kg))], list(lacking(kg))
 
 
 def _readable(files: Mapping[str, bytes], name: str) -> Graph:

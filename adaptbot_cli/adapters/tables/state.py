@@ -55,10 +55,13 @@ def faults(found: Sequence[Wrong]) -> RenderableType:
         return Text.assemble(("✓ ", "green"), "nothing is wrong")
     parts: list[RenderableType] = []
     for fault in found:
-        parts.append(Text("✗ ", "red") + said(fault.message))
+        mark = Text("! ", "yellow") if fault.hint else Text("✗ ", "red")
+        parts.append(mark + said(fault.message))
         rows = [("in", fault.file), ("from", fault.cause), ("do", fault.remedy)]
         parts.append(indented((Text(key, "dim"), said(value)) for key, value in rows if value))
-    parts.append(Text(count(len(found), "fault"), "dim"))
+    hints = sum(fault.hint for fault in found)
+    counted = ((len(found) - hints, "fault"), (hints, "hint"))
+    parts.append(Text(", ".join(count(n, what) for n, what in counted if n), "dim"))
     return Group(*parts)
 
 

@@ -66,7 +66,7 @@ def validate(
         print_json([fault.as_json() for fault in faults])
     else:
         console().print(table(faults))
-    return FAULTS if faults else 0
+    return FAULTS if any(not fault.hint for fault in faults) else 0
 
 
 def commit(

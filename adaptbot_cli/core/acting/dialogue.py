@@ -8,7 +8,7 @@ answer that is taken back takes back what followed from it.
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from rdflib import XSD, Literal
+from rdflib import Literal
 from rdflib.term import Node
 
 from adaptbot_cli.core.acting.draft import Draft, from_action
@@ -24,6 +24,7 @@ from adaptbot_cli.core.acting.picking import (
 )
 from adaptbot_cli.core.acting.taking import drafted, taking
 from adaptbot_cli.core.acting.writing import called, written
+from adaptbot_cli.core.datatypes import NUMBERS
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, CalledAs, Parameter
 from adaptbot_cli.core.kg import Kg
@@ -181,7 +182,7 @@ def _meant(said: str, parameter: Parameter, kg: Kg) -> Node | None:
         return parameter.words.get(said)
     if parameter.datatype is None:
         return next((e for e in kg.find(said) if kg.is_a(e, parameter.classes)), None)
-    numeric = parameter.datatype in (XSD.decimal, XSD.integer, XSD.double)
+    numeric = parameter.datatype in NUMBERS
     fits = said.replace(".", "", 1).isdecimal() and said.isascii()
     return Literal(said, datatype=parameter.datatype) if fits or not numeric else None
 

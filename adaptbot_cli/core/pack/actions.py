@@ -3,8 +3,9 @@
 import re
 from collections.abc import Collection, Iterator, Mapping
 
-from rdflib import RDFS, XSD, Graph, Literal, URIRef
+from rdflib import RDFS, Graph, Literal, URIRef
 
+from adaptbot_cli.core.datatypes import WRITTEN
 from adaptbot_cli.core.domain import (
     Action,
     AttributeRequirement,
@@ -18,11 +19,10 @@ from adaptbot_cli.core.names import nearest
 from adaptbot_cli.core.pack.entry import Entry, check_message, entries, order_of
 from adaptbot_cli.core.pack.noting import NOTHING, Notes
 from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
+from adaptbot_cli.core.pack.slips import check_effect, check_queries
 from adaptbot_cli.core.pack.vocabulary import check_terms
 from adaptbot_cli.core.sparql import mentions, prefixed, split_update, template, variables
 from adaptbot_cli.core.terms import AB, local
-
-_DATATYPES = (XSD.boolean, XSD.integer, XSD.decimal, XSD.double, XSD.string)
 
 
 def read_actions(
@@ -89,8 +89,8 @@ def _parameter(entry: Entry) -> Parameter:
     if bool(classes) == bool(datatype):
         problem = f'parameter "{name}" needs either ab:class or ab:datatype'
         entry.note(problem, "write ab:class for a thing, ab:datatype for a value")
-    if datatype is not None and datatype not in _DATATYPES:
-        known = ", ".join(f"xsd:{local(iri)}" for iri in _DATATYPES)
+    if datatype is not None and datatype not in WRITTEN:
+        known = ", ".join(f"xsd:{local(iri)}" for iri in WRITTEN)
         problem = f'parameter "{name}": ab:datatype {local(datatype)} is nothing a plan can write'
         entry.note(problem, f"write one of {known}")
     words = {word: Literal(True) for word in entry.texts(AB.trueWord)}
@@ -169,7 +169,7 @@ def _effect(entry: Entry) -> Effect | None:
         entry.note(f"ab:effect {problem}", form)
         return None
     names = " ".join(f"?{name}" for name in sorted(variables(text)))
-    select = f"{prefixes}SELECT {names or '*'} WHERE {{ {where} }}"
+    select = f"{prefixes}SELECT {names or '*'} WHERE {{ {where}\n}}"
     if valid(entry, select, "ab:effect") is None:
         return None
     try:
@@ -218,6 +218,8 @@ def _check_action(
         check_message(entry, condition.message, names)
     for need in action.attributes:
         check_message(entry, need.message, names)
+    check_queries(entry, _parameters(entry), names)
+    check_effect(entry, action.effect, names, properties)
 
 
 def _declare(iri: URIRef, declared: Collection[URIRef]) -> str:

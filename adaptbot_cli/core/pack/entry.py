@@ -32,6 +32,10 @@ class Entry:
         """Note a fault of this entry, and what to do about it."""
         self.notes.add(f"{self.file}, entry {self.entry}", problem, remedy)
 
+    def doubt(self, problem: str, remedy: str) -> None:
+        """Note a likely fault of this entry, and what to do about it."""
+        self.notes.doubt(f"{self.file}, entry {self.entry}", problem, remedy)
+
     def value(self, predicate: URIRef) -> Node | None:
         """Return the one value, if there is one; of several the first."""
         values = sorted(self.graph.objects(self.node, predicate), key=str)

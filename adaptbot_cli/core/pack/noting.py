@@ -12,18 +12,26 @@ NOTHING = URIRef("")
 
 @dataclass(slots=True)
 class Notes:
-    """The faults found so far, in the order found, each once."""
+    """The faults found so far, in the order found, each once.
+
+    A doubt is a likely fault: it is told by a check, and keeps nothing from being loaded.
+    """
 
     _found: dict[str, None] = field(default_factory=dict)
+    _doubts: dict[str, None] = field(default_factory=dict)
 
     def add(self, where: str, problem: str, remedy: str) -> None:
         """Note a fault: "FILE, entry NAME: what is wrong; what to do"."""
         self._found[f"{where}: {problem}; {remedy}"] = None
 
+    def doubt(self, where: str, problem: str, remedy: str) -> None:
+        """Note a likely fault, in the same form."""
+        self._doubts[f"{where}: {problem}; {remedy}"] = None
+
     @property
     def sentences(self) -> list[str]:
-        """The faults as sentences."""
-        return list(self._found)
+        """The faults as sentences, then the likely ones."""
+        return [*self._found, *self._doubts]
 
     def refuse(self) -> None:
         """Raise PackError if there is a fault."""

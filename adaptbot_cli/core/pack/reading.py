@@ -78,12 +78,16 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
 
 
 def _check_effects(domain: Domain, notes: Notes) -> None:
-    """Note each effect on what things are or are called, which is worked out once and kept."""
+    """Note each effect on what lasts: what things are, are called and can do (G_k)."""
     lasting = {RDF.type, RDFS.subClassOf, *domain.name_properties()}
+    attributes = {prop.iri for prop in domain.properties.values() if prop.graph == "attribute"}
     for action in domain.actions.values():
-        for predicate in sorted(lasting & set(changed(action.effect))):
+        for predicate in sorted((lasting | attributes) & set(changed(action.effect))):
             told = f"ab:effect changes {local(predicate)}, which says what a thing is or is called"
             remedy = "let it change a state; kinds and names are for people to teach"
+            if predicate not in lasting:
+                told = f"ab:effect changes {local(predicate)}, which is an attribute"
+                remedy = "let it change a state, or declare this with ab:graph ab:state"
             notes.add(f"actions.ttl, entry {local(action.iri)}", told, remedy)
 
 
