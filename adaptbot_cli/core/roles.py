@@ -20,7 +20,7 @@ def things_in(query: str) -> frozenset[URIRef]:
 
     try:
         algebra = translateQuery(parseQuery(query)).algebra
-    except Exception:
+    except Exception:  # its parser raises many kinds; the engine tells what is no valid query
         return frozenset()
     return mentions(query) - set(_terms(algebra))
 
