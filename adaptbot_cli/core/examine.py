@@ -6,6 +6,7 @@ from itertools import islice
 
 from rdflib.term import Node
 
+from adaptbot_cli.core.arguments import in_order
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
@@ -45,6 +46,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     Every finding of the plan is reported at once, each once. State conditions are only checked
     where everything before them about the same things could be understood.
     """
+    parsed = in_order(parsed, scene)
     calls = [written.call for written in parsed.calls]
     scene.notice(calls)
     walk = Walk(scene.kg)

@@ -25,6 +25,14 @@ def normal(name: str) -> str:
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
 
 
+_CAPITAL = re.compile(r"(?<=[a-z\d])(?=[A-Z])")
+
+
+def parted(name: str) -> str:
+    """Return a name with its words parted that only capitals part: pickUp as pick_Up."""
+    return _CAPITAL.sub("_", name)
+
+
 def words(name: str) -> tuple[str, ...]:
     """Return the words of a name, in small letters."""
     return tuple(part for part in re.split(r"[^\w']+|_", normal(name)) if part)

@@ -1,6 +1,7 @@
 """Plans as values: a call, a step and what became of it, a finding."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -10,14 +11,31 @@ Approved = Literal["rule", "human"]
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """An action and its arguments, all by name: `slice("onion", "knife")`."""
+    """An action and its arguments, all by name: `slice("onion", "knife")`.
+
+    `names` are the keywords of the arguments, as in `slice(obj="onion")`, with "" for an argument
+    that has none; it is empty if none has one.
+    """
 
     action: str
     args: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+
+    def named(self) -> tuple[tuple[str, str], ...]:
+        """Return each argument behind its keyword, or behind "" if it has none."""
+        return tuple(zip(self.names or ("",) * len(self.args), self.args, strict=True))
 
     def render(self) -> str:
         """Write the call as a plan line; `parse` reads it back to the same call."""
-        return f"{self.action}({', '.join(_literal(arg) for arg in self.args)})"
+        said = (f"{name}={_literal(a)}" if name else _literal(a) for name, a in self.named())
+        return f"{self.action}({', '.join(said)})"
+
+
+def keyworded(action: str, named: Iterable[tuple[str, str]]) -> Call:
+    """Return a call of arguments that each stand behind a keyword or behind ""."""
+    pairs = tuple(named)
+    names = tuple(name for name, _ in pairs)
+    return Call(action, tuple(arg for _, arg in pairs), names if any(names) else ())
 
 
 def _literal(arg: str) -> str:

@@ -14,7 +14,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.names import nearest, normal, sentence_list, variants, words
+from adaptbot_cli.core.names import nearest, normal, parted, sentence_list, variants, words
 from adaptbot_cli.core.plan import Approved, Change, Finding
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB
@@ -225,16 +225,31 @@ def action(name: str, scene: Scene) -> NamedAction:
     known = scene.domain.actions.get(normal(name))
     if known is not None:
         return NamedAction(known)
-    for remedy in (_action_alias, _action_called_as, _action_by_verb, _action_by_words):
+    for remedy in (
+        _action_spelled,
+        _action_alias,
+        _action_called_as,
+        _action_by_verb,
+        _action_by_words,
+    ):
         named = remedy(name, scene)
         if named is not None:
             return named
     return NamedAction(finding=_unknown_action(name, scene))
 
 
+def _action_spelled(name: str, scene: Scene) -> NamedAction | None:
+    """An action whose words are joined by capitals: pickUp is pick_up."""
+    known = scene.domain.actions.get(normal(parted(name)))
+    if known is None:
+        return None
+    why = f"{name} is {known.name}, written differently"
+    return NamedAction(known, Change(name, known.name, "normalisation", why))
+
+
 def _plain(name: str, scene: Scene) -> tuple[str, ...]:
     """A name as it is, and without an ending that this robot's actions have: add_obj is add."""
-    said = normal(name)
+    said = normal(parted(name))
     head, _, ending = said.rpartition("_")
     endings = {known.rpartition("_")[2] for known in scene.domain.actions if "_" in known}
     return (said, head) if head and ending in endings else (said,)

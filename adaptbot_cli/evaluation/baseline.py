@@ -3,6 +3,7 @@
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 
+from adaptbot_cli.core.arguments import in_order
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
@@ -53,6 +54,7 @@ def _spent(usage: Usage, proposal: Proposal) -> Usage:
 
 def _carry_out(parsed: Parsed, text: str, scene: Scene) -> tuple[Report, Outcome]:
     """Take the steps in order up to the first error; then check the goal, if there was none."""
+    parsed = in_order(parsed, scene)
     scene.notice([written.call for written in parsed.calls])
     walk = Walk(scene.kg)
     unmet: tuple[Finding, ...] = ()

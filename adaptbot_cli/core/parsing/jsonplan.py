@@ -1,5 +1,6 @@
 """Plans that are written as JSON or as tool calls: the steps in a value."""
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -8,14 +9,18 @@ from adaptbot_cli.core.parsing.scan import (
     LEFT_OUT,
     Item,
     conditional,
-    keep_argument,
+    kept,
     read_args,
     shown,
 )
-from adaptbot_cli.core.plan import Call
+from adaptbot_cli.core.plan import keyworded
 
 Reader = Callable[[str], Sequence[Item]]
 """Reads the calls in a plain text; a string of a JSON plan may hold some."""
+
+_Args = list[tuple[str, str]]
+
+_KEYWORD = re.compile(r"[^\W\d]\w{0,80}")
 
 _NAMED = ("action", "function", "action_name", "function_name", "tool_name", "primitive", "skill")
 _NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "step")
@@ -119,35 +124,37 @@ def _step(node: Node, text: str, read: Reader) -> Iterator[Item]:
     elif not action or (values is None and not action.isidentifier()):
         yield _unread(node, text, "its action is not a name")
     else:
-        call = Call(action, tuple(arg for arg in args if keep_argument(arg)))
-        yield Item(node.start, _source(node, text), call)
+        yield Item(node.start, _source(node, text), keyworded(action, kept(args)))
 
 
-def _rest_args(node: Node, name: Node) -> list[str] | None:
+def _rest_args(node: Node, name: Node) -> _Args | None:
     """Take as arguments what a step says besides its action, remarks aside."""
-    values = [v for key, v in node.entries() if v is not name and key not in _REMARKS]
-    return _args(Node("list", node.start, node.end, items=values))
+    said = [(k, v) for k, v in node.entries() if v is not name and k not in _REMARKS]
+    keys, values = [k for k, _ in said], [v for _, v in said]
+    return _args(Node("map", node.start, node.end, items=values, keys=keys))
 
 
-def _args(node: Node) -> list[str] | None:
-    """Flatten a value to arguments; None if an object stands where an argument should."""
+def _args(node: Node) -> _Args | None:
+    """Flatten a value to arguments behind their names; None if an object stands where an argument
+    should."""
     if node.kind == "string" and node.text.strip()[:1] in ("{", "["):
         inner, _ = read_literal(node.text.strip(), 0)
         return _args(inner) if inner.end >= 0 else None
     if node.kind == "string" and "," in node.text:
         reading = read_args(node.text + ")", 0)
-        return None if reading.error else list(reading.args)
+        return None if reading.error else list(reading.named())
     if node.kind in ("string", "word"):
         null = node.kind == "word" and node.text.lower() in ("null", "none")
-        return [] if null else [node.text.strip()]
-    args: list[str] = []
-    for item in node.items:
+        return [] if null else [("", node.text.strip())]
+    args: _Args = []
+    for key, item in zip(node.keys or [""] * len(node.items), node.items, strict=False):
         if item.kind == "map":
             return None
-        nested = [item.text.strip()] if item.kind == "string" else _args(item)
+        nested = [("", item.text.strip())] if item.kind == "string" else _args(item)
         if nested is None:
             return None
-        args += nested
+        named = len(nested) == 1 and _KEYWORD.fullmatch(key)
+        args += [(key, nested[0][1])] if named else nested
     return args
 
 

@@ -17,7 +17,7 @@ from adaptbot_cli.core.parsing.scan import (
     swallow,
 )
 from adaptbot_cli.core.parsing.shapes import alternative, call_name, is_call, trailing_condition
-from adaptbot_cli.core.plan import Call
+from adaptbot_cli.core.plan import keyworded
 
 # A plan takes a few hundred units: one for a line, one for a parenthesis, some for a fault.
 _EFFORT = 20_000
@@ -242,7 +242,7 @@ class _Reader:
         elif condition:
             self._add(conditional(start, source, condition))
         else:
-            self._add(Item(start, source, Call(name, reading.args)))
+            self._add(Item(start, source, keyworded(name, reading.named())))
         return reading.end
 
     def _take_broken(self, start: int, reading: Reading) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from adaptbot_cli.core.parsing.scan import shown
-from adaptbot_cli.core.plan import Finding, Written
+from adaptbot_cli.core.plan import Call, Finding, Written
 
 SEPARATED, LABELLED, WHOLE, RECAP = 1, 2, 3, 4
 """What stands before a call: any other text, or a heading that hints at a repetition."""
@@ -128,7 +128,9 @@ def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
     message = f"The plan is repeated from line {place.line}: run once"
     message += f", leaving out {dropped.lines()}"
     if extra:
-        added = [w.source for w in again.calls if _key(w) in extra][:3]
+        added = [w.source for w, key in zip(again.calls, again.keys, strict=True) if key in extra][
+            :3
+        ]
         message += f"; the repetition adds {', '.join(map(shown, added))}"
     if lacks:
         message += f"; the repetition lacks {len(lacks)} of the calls told first"
@@ -153,7 +155,8 @@ def common_in_order(first: Sequence[_Key], again: Sequence[_Key]) -> int:
 
 
 def _telling(calls: Sequence[Written]) -> _Telling:
-    return _Telling(tuple(calls), tuple(map(_key, calls)))
+    orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
+    return _Telling(tuple(calls), tuple(_key(written.call, orders) for written in calls))
 
 
 def _part(telling: _Telling, start: int, end: int) -> _Telling:
@@ -164,9 +167,13 @@ def _join(one: _Telling, other: _Telling) -> _Telling:
     return _Telling(one.calls + other.calls, one.keys + other.keys)
 
 
-def _key(written: Written) -> _Key:
-    args = (arg.lower().replace("_", " ") for arg in written.call.args)
-    return written.call.action.lower(), tuple(args)
+def _key(call: Call, orders: dict[tuple[str, frozenset[str]], tuple[str, ...]]) -> _Key:
+    """Tell calls apart by action and arguments, those with keywords in the order first written."""
+    action = call.action.lower()
+    args = {name: arg for name, arg in call.named() if name}
+    order = orders.setdefault((action, frozenset(args)), call.names)
+    said = [args[name] for name in order] if len(args) == len(call.args) else call.args
+    return action, tuple(arg.lower().replace("_", " ") for arg in said)
 
 
 def _is_short(line: str) -> bool:

@@ -1,6 +1,7 @@
 """Reading one call, character by character: its name, its arguments, what is wrong with it."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from adaptbot_cli.core.plan import Call
@@ -22,7 +23,7 @@ _NAME = re.compile(r"(?<!\w)(?:[^\W\d]\w*\.)*((?:[^\W\d]|\\_)(?:\w|\\_|-(?=[^\W\
 _SPACE = re.compile(r"[^\S\n]*")
 _COMMENT = re.compile(r"(?:#|//)[^\n]*")
 _KEYWORD = re.compile(
-    r"[^\W\d]\w{0,80}[^\S\n]*(?:=(?!=)|:(?=[^\S\n]*[\"'“‘`]))[^\S\n]*",
+    r"([^\W\d]\w{0,80})[^\S\n]*(?:=(?!=)|:(?=[^\S\n]*[\"'“‘`]))[^\S\n]*",
 )
 _BARE = re.compile(r"[^,()\"“”„«»`\n\[\]{}]*")
 _ESCAPE = re.compile(r"\\(u[0-9a-fA-F]{4}|.)")
@@ -57,6 +58,11 @@ class Reading:
     end: int
     quoted: bool
     error: str = ""
+    names: tuple[str, ...] = ()
+
+    def named(self) -> tuple[tuple[str, str], ...]:
+        """Return each argument behind its keyword, or behind "" if it has none."""
+        return tuple(zip(self.names, self.args, strict=True))
 
 
 def shown(source: str) -> str:
@@ -86,9 +92,9 @@ def name_before(text: str, paren: int, floor: int) -> tuple[int, str] | None:
     return start + match.start(), match[1].replace("\\_", "_")
 
 
-def keep_argument(arg: str) -> bool:
-    """Tell whether an argument says anything: ontology files are plumbing of the prompt."""
-    return bool(arg) and not arg.lower().endswith(".ttl")
+def kept(named: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the arguments that say anything: ontology files are plumbing of the prompt."""
+    return [(name, arg) for name, arg in named if arg and not arg.lower().endswith(".ttl")]
 
 
 def read_args(text: str, pos: int) -> Reading:
@@ -96,13 +102,15 @@ def read_args(text: str, pos: int) -> Reading:
 
     Never reads past the next parenthesis, quotes aside, that it does not understand.
     """
-    args: list[str] = []
+    args: list[tuple[str, str]] = []
     quoted = False
     for _ in range(_MOST_ARGS):
         pos = _gap(text, pos)
         char = text[pos : pos + 1]
         if char == ")":
-            return Reading(tuple(filter(keep_argument, args)), pos + 1, quoted)
+            said = kept(args)
+            names, values = tuple(n for n, _ in said), tuple(a for _, a in said)
+            return Reading(values, pos + 1, quoted, names=names)
         if char == ",":
             pos += 1
             continue
@@ -112,7 +120,7 @@ def read_args(text: str, pos: int) -> Reading:
         quoted = quoted or arg.quoted
         if arg.error:
             return Reading((), arg.end, quoted, arg.error)
-        args += arg.args
+        args += arg.named()
         pos = arg.end
     return Reading((), pos, quoted, "it has hundreds of arguments")
 
@@ -145,20 +153,21 @@ def _skip(text: str, pos: int) -> int:
 def _argument(text: str, pos: int) -> Reading:
     keyword = _KEYWORD.match(text, pos)
     pos = keyword.end() if keyword else pos
+    names = (keyword[1] if keyword else "",)
     if text[pos : pos + 1] in _CLOSING:
-        return _quoted(text, pos)
+        return _quoted(text, pos, names)
     match = _BARE.match(text, pos)
     end = match.end() if match else pos
     arg = text[pos:end].strip()
-    return Reading((arg,), end, False, _after(text, end, arg))
+    return Reading((arg,), end, False, _after(text, end, arg), names)
 
 
-def _quoted(text: str, pos: int) -> Reading:
+def _quoted(text: str, pos: int, names: tuple[str, ...]) -> Reading:
     match = _STRINGS[text[pos]].match(text, pos)
     if match is None:
         return Reading((), pos, True, UNCLOSED_QUOTE)
     error = _after(text, match.end(), "")
-    return Reading((unescape(match[1]).strip(),), match.end(), True, error)
+    return Reading((unescape(match[1]).strip(),), match.end(), True, error, names)
 
 
 def _after(text: str, pos: int, bare: str) -> str:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.parsing import parse
-from adaptbot_cli.core.plan import Call, Parsed
+from adaptbot_cli.core.plan import Call, Parsed, keyworded
 
 _DEFAULT = Path(__file__).parents[4] / "shared" / "published"
 PUBLISHED = Path(os.environ.get("ADAPTBOT_PUBLISHED", _DEFAULT)) / "plans.dev.jsonl"
@@ -111,8 +111,6 @@ def test_reads_calls_in_markdown_and_code(text: str, expected: list[str]) -> Non
         (r'fry("a\q\\b")', ("a\\q\\b",)),
         ('fry(" egg ", "", , )', ("egg",)),
         ("fry(true, 2.5, -1)", ("true", "2.5", "-1")),
-        ('fry(obj="egg", tool=pan)', ("egg", "pan")),
-        ('fry(obj: "egg")', ("egg",)),
         ('fry("egg, (raw) # [x]")', ("egg, (raw) # [x]",)),
         ('fry("egg", "updated_onto.ttl")', ("egg",)),
         ('fry("egg", ".llm_kg_humanupdated_onto.ttl")', ("egg",)),
@@ -281,8 +279,42 @@ def test_the_second_of_two_alternatives_is_a_finding() -> None:
     ],
 )
 def test_reads_json_and_tool_calls(text: str) -> None:
-    assert lines(text) == ['slice("onion", "knife")', "wait(5)"]
+    calls = [written.call for written in parse(text).calls]
+    assert [(c.action, c.args) for c in calls] == [("slice", ("onion", "knife")), ("wait", ("5",))]
     assert not parse(text).findings
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'put(loc="bowl", obj="apple", tidy=2)',
+        "put(loc = bowl, onto=initial_onto.ttl, obj: 'apple', tidy=2)",
+        '[{"action": "put", "args": {"loc": "bowl", "obj": "apple", "tidy": 2}}]',
+        '[{"action": "put", "loc": ["bowl"], "obj": "apple", "tidy": "2", "note": "so"}]',
+        r'{"name": "put", "arguments": "{\"loc\": \"bowl\", \"obj\": \"apple\", \"tidy\": 2}"}',
+        '{"action": "put", "args": "loc=bowl, obj=apple, tidy=2"}',
+    ],
+)
+def test_the_names_of_arguments_are_kept(text: str) -> None:
+    (call,) = (written.call for written in parse(text).calls)
+    assert call == Call("put", ("bowl", "apple", "2"), ("loc", "obj", "tidy"))
+    assert lines(call.render()) == ['put(loc="bowl", obj="apple", tidy=2)']
+    assert not parse(text).findings
+
+
+def test_an_argument_may_have_a_name_among_others_that_have_none() -> None:
+    assert lines('put("apple", loc="bowl")') == ['put("apple", loc="bowl")']
+    assert lines('[{"action": "mix", "args": {"of": ["a", "b"], "the bowl": "c"}}]') == [
+        'mix("a", "b", "c")'
+    ]
+
+
+def test_a_recap_with_the_named_arguments_in_another_order_is_a_recap() -> None:
+    plan = "\n".join(f'put(obj="{n}", loc="a")\nwait({n})' for n in range(3))
+    again = "\n".join(f'put(loc="a", obj="{n}")\nwait({n})' for n in range(3))
+    assert len(parse(f"{plan}\nIn short:\n{again}").calls) == 6
+    other = again.replace("loc", "x").replace("obj", "loc").replace("x=", "obj=")
+    assert len(parse(f"{plan}\nIn short:\n{other}").calls) == 12
 
 
 def test_a_json_step_has_its_own_line_and_snippet() -> None:
@@ -391,7 +423,8 @@ NAMES = st.from_regex(r"\A[^\W\d]\w{0,12}\Z").filter(
 ARGS = st.text(min_size=1, max_size=20).filter(
     lambda arg: arg.isprintable() and arg == arg.strip() and not arg.lower().endswith(".ttl")
 ) | st.sampled_from(['"', "\\", '\\"', "a, b", "f(x)", "# x", "```", "if a:", "[", "{", "5", "1.5"])
-CALLS = st.lists(st.builds(Call, NAMES, st.lists(ARGS, max_size=4).map(tuple)), max_size=8)
+CALL = st.builds(keyworded, NAMES, st.lists(st.tuples(NAMES | st.just(""), ARGS), max_size=4))
+CALLS = st.lists(CALL, max_size=8)
 FORMS = {
     "lines": lambda rows: "\n".join(rows),
     "fence": lambda rows: "```python\n" + "\n".join(rows) + "\n```",
@@ -417,10 +450,12 @@ def test_reads_back_what_is_rendered(calls: list[Call], form: str) -> None:
     assert {finding.code for finding in parsed.findings} <= {"P101"}
 
 
-@given(st.lists(st.builds(Call, NAMES, st.lists(ARGS, max_size=4).map(tuple)), min_size=1))
-def test_reads_back_what_is_json(calls: list[Call]) -> None:
-    text = json.dumps([{"action": call.action, "args": call.args} for call in calls])
-    assert [written.call for written in assert_sound(text).calls] == calls
+@given(st.lists(CALL, min_size=1), st.booleans())
+def test_reads_back_what_is_json(calls: list[Call], by_name: bool) -> None:
+    by_name = by_name and all(all(c.names) and len(set(c.names)) == len(c.names) for c in calls)
+    steps = [{"action": c.action, "args": dict(c.named()) if by_name else c.args} for c in calls]
+    found = [written.call for written in assert_sound(json.dumps(steps)).calls]
+    assert found == [c if by_name else Call(c.action, c.args) for c in calls]
 
 
 @settings(max_examples=300)
