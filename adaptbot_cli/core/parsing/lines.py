@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from adaptbot_cli.core.parsing.control import Blocks, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
+from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
     LEFT_OUT,
@@ -12,6 +13,7 @@ from adaptbot_cli.core.parsing.scan import (
     Item,
     Reading,
     conditional,
+    negated,
     read_args,
     shown,
     swallow,
@@ -212,6 +214,7 @@ class _Reader:
     def _scan(self, pos: int, end: int, condition: str) -> int:
         """Read the calls from `pos` to `end`, or to the end of the line where the last one ends."""
         anchor = floor = pos
+        against = ""
         while True:
             paren = self._text.find("(", pos, end)
             if paren < 0 or _COMMENT.search(self._text, pos, paren):
@@ -226,19 +229,23 @@ class _Reader:
             elif not is_call(self._text, anchor, *named, reading, self._fenced):
                 pos = min(reading.end, end)
             else:
-                condition = alternative(self._text, anchor, named[0]) or condition
+                against = negation(self._text, anchor, named[0], against)
+                other = "" if against else alternative(self._text, anchor, named[0])
+                condition = other or condition
                 condition = trailing_condition(self._text, reading) or condition
-                pos = self._take(*named, reading, condition)
+                pos = self._take(*named, reading, condition, against)
                 end = end if pos <= end else self._line_end(pos)
                 anchor = pos
 
-    def _take(self, start: int, name: str, reading: Reading, condition: str) -> int:
+    def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""
         if reading.error:
             return self._take_broken(start, reading)
         source = self._text[start : reading.end]
         if name == "print":
             self._fault(start, source, "printing is not a step")
+        elif against:
+            self._add(negated(start, source, against))
         elif condition:
             self._add(conditional(start, source, condition))
         else:

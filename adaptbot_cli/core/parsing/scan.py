@@ -80,6 +80,12 @@ def conditional(start: int, source: str, condition: str) -> Item:
     return Item(start, source, code="P103", message=message)
 
 
+def negated(start: int, source: str, negation: str) -> Item:
+    """Report a call that a sentence says is not to be run."""
+    message = f"{shown(source)} is behind {shown(negation)}: it is not to be run, so it is no step."
+    return Item(start, source, code="P106", message=message)
+
+
 def name_before(text: str, paren: int, floor: int) -> tuple[int, str] | None:
     """Find the action's name that ends at `paren`, not looking further back than `floor`.
 

@@ -1,5 +1,6 @@
 """The parser: from a language model's raw text to plan calls."""
 
+from adaptbot_cli.core.parsing.discarded import without_discarded
 from adaptbot_cli.core.parsing.lines import read_text
 from adaptbot_cli.core.parsing.recap import without_repeats
 from adaptbot_cli.core.parsing.scan import LEFT_OUT, Item, shown
@@ -15,6 +16,8 @@ def parse(text: str) -> Parsed:
     proportion to the text's length. Every finding and every call has its line and column.
     """
     text = text.replace("\r\n", "\n").replace("\r", "\n")
+    whole = text
+    text, discarded = without_discarded(whole)
     read = read_text(text)
     places = _Places(text)
     calls: list[Written] = []
@@ -29,17 +32,27 @@ def parse(text: str) -> Parsed:
         else:
             calls.append(Written(item.call, item.source, line, column))
     if not calls:
-        findings.insert(0, Finding("P101", _no_plan(text, findings), line=1, column=1))
+        findings.insert(0, Finding("P101", _no_plan(whole, findings), line=1, column=1))
     if prose:
-        findings.append(_left_out(prose))
+        findings.append(_left_out(prose, "is no call and is left out"))
+    if discarded:
+        findings += _discarded(discarded)
     kept, repeated = without_repeats(calls, read.gaps)
     return Parsed(kept, tuple(sorted((*findings, *repeated), key=_place)))
 
 
-def _left_out(prose: list[tuple[int, int, Item]]) -> Finding:
-    """Tell of all lines of prose among the calls in one finding."""
+def _discarded(text: str) -> list[Finding]:
+    """Tell of the calls in what the text takes back in one finding."""
+    places = _Places(text)
+    items = [item for item in read_text(text).items if item.code != LEFT_OUT]
+    told = "is left out: the text takes it back (reasoning, a comment or struck out)"
+    return [_left_out([(*places.of(item.start), item) for item in items], told)] if items else []
+
+
+def _left_out(prose: list[tuple[int, int, Item]], why: str) -> Finding:
+    """Tell of all lines that are left out for one reason in one finding."""
     line, column, first = prose[0]
-    message = f"{shown(first.source)} is no call and is left out"
+    message = f"{shown(first.source)} {why}"
     if len(prose) > 1:
         lines = [str(line) for line, _, _ in prose[1 : _MOST_LINES + 1]]
         more = " and on" if len(prose) > _MOST_LINES + 1 else ""

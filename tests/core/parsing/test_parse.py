@@ -262,6 +262,71 @@ def test_the_second_of_two_alternatives_is_a_finding() -> None:
 @pytest.mark.parametrize(
     "text",
     [
+        'Do not slice("egg").',
+        "**Never** use `slice(egg, pan)`!",
+        'Please don\'t call the action slice("egg") here.',
+        'Do not put the egg there with slice("egg").',
+        'You should not slice("egg") yet.',
+        'Instead of slice("egg") it is cooked whole.',
+        'Avoid slice("egg"), as it is soft.',
+        '- It is eaten without slice("egg").',
+        '["Do not slice(\\"egg\\")", "wait(1)"]',
+    ],
+)
+def test_a_call_that_is_not_to_be_run_is_a_finding(text: str) -> None:
+    assert codes(f"{text}\nwait(1)") == ["P106"]
+    assert lines(f"{text}\nwait(1)")[-1:] == ["wait(1)"]
+    assert "slice" in message(f"{text}\nwait(1)", "P106")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'Do not fry it. slice("egg")',
+        'Do not forget to slice("egg")!',
+        'The egg is not sliced, so slice("egg").',
+        'The pan is not used then slice("egg")',
+        'Instead of frying it use slice("egg").',
+        'Do not wait: slice("egg")',
+    ],
+)
+def test_a_negation_of_something_else_lets_a_call_be(text: str) -> None:
+    assert lines(text) == ['slice("egg")']
+    assert not parse(text).findings
+
+
+def test_a_negation_goes_on_over_and_but_not_over_but() -> None:
+    text = 'Never slice("egg") or fry("egg"), but boil("egg") and wait(5).'
+    assert lines(text) == ['boil("egg")', "wait(5)"]
+    assert codes(text) == ["P106", "P106"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<think>\nslice("egg")?\n```\nmix()\n```\n</think>\nwait(1)',
+        'I slice("egg") ...\n</think>\nwait(1)',
+        'wait(1)\n<Thinking>\nor slice("egg")',
+        '<!-- slice("egg") -->\nwait(1)',
+        'wait(1)\n<!--\nslice("egg")\n',
+        '~~slice("egg")~~ wait(1)',
+    ],
+)
+def test_what_a_text_takes_back_is_left_out(text: str) -> None:
+    assert lines(text) == ["wait(1)"]
+    assert codes(text) == ["P105"]
+    assert '`slice("egg")` is left out: the text takes it back' in message(text, "P105")
+
+
+def test_marks_of_taking_back_in_code_and_strings_are_none() -> None:
+    text = 'say("<think>", "~~a~~", "<!--")\n```\nsay("</think>")\n# <!-- so\nwait(1)\n```\nmix()'
+    assert len(lines(text)) == 4
+    assert parse("<think>Hm (yes).</think>\nwait(1)").findings == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
         '[{"action": "slice", "args": ["onion", "knife"]}, {"action": "wait", "args": [5]}]',
         '{"plan": [{"name": "slice", "arguments": {"obj": "onion", "tool": "knife"}}, "wait(5)"]}',
         'Here\'s it:\n```json\n{"steps": ["slice(onion, knife)", "wait(5)"]}\n```\nEnjoy!',
@@ -437,7 +502,8 @@ FORMS = {
 NASTY = st.text(alphabet="ab_(){}[]\"'`“”‘’,;:.#/\\\n\r \t=<>|*-0") | st.lists(
     st.sampled_from(
         ["if x:", "else:", "a_b(", '"', "'", ")", "\n", "  ", "```", '{"action":', "[", "]", "}",
-         ",", "wait(5)", 'fry("egg")', "# ", "// ", " if ", "for i in x:", "recap:\n", "\ud800"]
+         ",", "wait(5)", 'fry("egg")', "# ", "// ", "<think>", "</think>", "<!--", "-->", "~~",
+         "do not ", " if ", "for i in x:", "recap:\n", "\ud800"]
     )
 ).map("".join)  # fmt: skip
 
@@ -452,7 +518,7 @@ def test_reads_back_what_is_rendered(calls: list[Call], form: str) -> None:
 
 @given(st.lists(CALL, min_size=1), st.booleans())
 def test_reads_back_what_is_json(calls: list[Call], by_name: bool) -> None:
-    by_name = by_name and all(all(c.names) and len(set(c.names)) == len(c.names) for c in calls)
+    by_name = by_name and all(all(c.names) and len(set(c.names)) == len(c.args) for c in calls)
     steps = [{"action": c.action, "args": dict(c.named()) if by_name else c.args} for c in calls]
     found = [written.call for written in assert_sound(json.dumps(steps)).calls]
     assert found == [c if by_name else Call(c.action, c.args) for c in calls]
@@ -469,7 +535,9 @@ def test_no_text_raises(text: str) -> None:
     "unit",
     ["(", '"', "'", "`", "#", "{", "[", "{\n", "[\n", "if ", "if \n", "if a:\n ", "x", "\n", "a(",
      "a(\n", "a(#", "a_b(“)", 'a_b("x"\n', "a(b,", "a(b) ", '["a(b)",', '{"action":"x"}\n', "[1,",
-     '{"a":', "* ", "****a(", "\\", "_", "```\n", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800"],
+     '{"a":', "* ", "****a(", "\\", "_", "```\n", "<!--", "<think>", "</think>",
+     "~~a", "a~~b~~", "do not ", "not a(\"b\") or ",
+     "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800"],
 )  # fmt: skip
 def test_a_megabyte_takes_less_than_a_second(unit: str) -> None:
     text = unit * (1_000_000 // len(unit))
