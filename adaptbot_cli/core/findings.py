@@ -19,7 +19,7 @@ CODES: dict[str, Code] = {
     "P103": Code("a step under a condition"),
     "P104": Code("the plan is repeated", blocks=False, open=False),
     "P105": Code("text among the calls is left out", blocks=False, open=False),
-    "P106": Code("a call that is not to be run"),
+    "P106": Code("a call that is not to be run", blocks=False, open=False),
     "E101": Code("unknown action"),
     "E102": Code("wrong number of arguments"),
     "E103": Code("not a value that the action takes"),
