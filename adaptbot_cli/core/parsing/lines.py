@@ -91,6 +91,7 @@ class _Reader:
         self._after_call = False
         self._asides: list[Item] = []
         self._functions: set[str] = set()
+        self._starts = 0
 
     def read(self) -> None:
         try:
@@ -187,9 +188,9 @@ class _Reader:
         return self._scan(after, end, condition) if after < end else after
 
     def _read_calls(self, start: int, content: int, end: int, condition: str) -> int:
-        before = len(self.found.items)
+        before, starts = len(self.found.items), self._starts
         after = self._scan(content, end, condition)
-        if len(self.found.items) > before:
+        if len(self.found.items) > before or self._starts > starts:
             self.found.items[before:before] = self._asides
             self._after_call, self._asides = True, []
             return after
@@ -250,7 +251,8 @@ class _Reader:
             return self._take_broken(start, reading)
         source = self._text[start : reading.end]
         if name in self._functions and not (reading.args or condition or against):
-            return reading.end  # what it does has been read where it is defined
+            self._starts += 1  # what it does has been read where it is defined
+            return reading.end
         if name == "print":
             self._fault(start, source, "printing is not a step")
         elif against:

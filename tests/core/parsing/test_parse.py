@@ -405,16 +405,16 @@ def test_reads_json_and_tool_calls(text: str) -> None:
         '{"action": "put", "args": "loc=bowl, obj=apple, tidy=2"}',
     ],
 )
-def test_a_map_of_one_list_in_prose_is_no_step() -> None:
-    assert codes('[{"note": ["a"]}, {"steps": []}]') == ["P101"]
-    assert lines('[{"pick_up": "egg"}, {"thought": "well"}, "wait(5)"]')[-1] == "wait(5)"
-
-
 def test_the_names_of_arguments_are_kept(text: str) -> None:
     (call,) = (written.call for written in parse(text).calls)
     assert call == Call("put", ("bowl", "apple", "2"), ("loc", "obj", "tidy"))
     assert lines(call.render()) == ['put(loc="bowl", obj="apple", tidy=2)']
     assert not parse(text).findings
+
+
+def test_a_map_of_one_list_in_prose_is_no_step() -> None:
+    assert codes('[{"note": ["a"]}, {"steps": []}]') == ["P101"]
+    assert lines('[{"pick_up": "egg"}, {"thought": "well"}, "wait(5)"]')[-1] == "wait(5)"
 
 
 def test_an_argument_may_have_a_name_among_others_that_have_none() -> None:
