@@ -8,6 +8,11 @@ _WORD = re.compile(
     r"(?=[\s:,({]|\Z)",
     re.IGNORECASE,
 )
+# A function without arguments, and what starts it, rule nothing: the body is the plan.
+_FRAME = re.compile(
+    r"(?:(?:async|export)\s+)?(?:def|function)\s+(\w+)\s*\(\s*(?:self)?\s*\)[^:{(]{0,60}[:{]"
+    r"|if\s+__name__\s*==\s*[\"']__main__[\"']\s*:"
+)
 _LOOP = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE)
 _THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
@@ -66,6 +71,15 @@ class Blocks:
     def _leave(self, indent: int) -> None:
         while self._open and indent <= self._open[-1][0]:
             self._open.pop()
+
+
+def read_frame(text: str, start: int, end: int) -> tuple[str, int] | None:
+    """Read the head of a function around calls: its name and where its body begins.
+
+    The name is empty at `if __name__ == "__main__":`, which starts one.
+    """
+    match = _FRAME.match(text, start, end)
+    return None if match is None else (match[1] or "", match.end())
 
 
 def read_header(text: str, start: int, end: int, fenced: bool) -> Header | None:

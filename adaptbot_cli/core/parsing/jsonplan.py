@@ -40,6 +40,7 @@ _REMARKS = {
     *_CONDITIONS,
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true"}
+_NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
 _LOOKED_AT = 50
 
 
@@ -65,7 +66,11 @@ def _steps(node: Node, text: str, read: Reader, planned: bool) -> Iterator[Item]
     if node.kind != "list":
         yield from _moved(read(node.text), node, text) if planned else ()
         return
+    called = planned or all(_is_called(item, read) for item in node.items[:_LOOKED_AT])
     for item in node.items:
+        if called and not _is_step(item, read) and _is_called(item, read):
+            yield from _step_of(item.keys[0], item.items[0], item, text)
+            continue
         found = list(_steps(item, text, read, planned))
         yield from found
         if not found and planned and not (item.kind == "list" and not item.items):
@@ -94,6 +99,25 @@ def _is_step(node: Node, read: Reader) -> bool:
         return _is_step(name, read) or _name(name) is not None
     named = node.get(*_NAMED) is not None or node.get(*_ARGS) is not None
     return name.kind in ("string", "word") and (named or "(" in name.text)
+
+
+def _is_called(node: Node, read: Reader) -> bool:
+    """Tell whether a map is an action's name with its arguments: `{"wait": {"t": 5}}`."""
+    if node.kind != "map" or node.end < 0 or len(node.keys) != 1 or not node.items:
+        return False
+    key, value = node.keys[0], node.items[0]
+    plain = all(n.kind in ("string", "word") and not _is_step(n, read) for n in value.items)
+    if key.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(key) or not plain:
+        return False
+    return value.kind in ("list", "map") or (value.kind == "string" and "_" in key)
+
+
+def _step_of(action: str, value: Node, node: Node, text: str) -> Iterator[Item]:
+    args = _args(value)
+    if args is None:
+        yield _unread(node, text, "an argument is an object")
+    else:
+        yield Item(node.start, _source(node, text), keyworded(action, kept(args)))
 
 
 def _name(node: Node) -> Node | None:

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 
-from adaptbot_cli.core.parsing.control import Blocks, read_header
+from adaptbot_cli.core.parsing.control import Blocks, read_frame, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
@@ -32,7 +32,9 @@ _PREFIX = re.compile(r"[\s>|]*(?:(?:[-*+•·–—]|\(?\d{1,4}[.):]\)?|\#{1,6})
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
 
-_SILENT = re.compile(r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|end\s*\w*|<[/?]?\w[^<>]*>")
+_SILENT = re.compile(
+    r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*|<[/?]?\w[^<>]*>"
+)
 _SENTENCE = re.compile(
     r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
 )
@@ -88,6 +90,8 @@ class _Reader:
         self._no_json_before = 0
         self._after_call = False
         self._asides: list[Item] = []
+        self._functions: set[str] = set()
+        self._starts = 0
 
     def read(self) -> None:
         try:
@@ -170,6 +174,10 @@ class _Reader:
         content = prefix.end() if prefix else start
         indent = self._indent(start)
         condition = self._blocks.condition(indent) or self._fence_condition
+        frame = read_frame(self._text, content, end)
+        if frame is not None:
+            self._functions.add(frame[0])
+            return self._scan(frame[1], end, condition)
         header = read_header(self._text, content, end, self._fenced)
         if header is None:
             return self._read_calls(start, content, end, condition)
@@ -180,9 +188,9 @@ class _Reader:
         return self._scan(after, end, condition) if after < end else after
 
     def _read_calls(self, start: int, content: int, end: int, condition: str) -> int:
-        before = len(self.found.items)
+        before, starts = len(self.found.items), self._starts
         after = self._scan(content, end, condition)
-        if len(self.found.items) > before:
+        if len(self.found.items) > before or self._starts > starts:
             self.found.items[before:before] = self._asides
             self._after_call, self._asides = True, []
             return after
@@ -242,6 +250,9 @@ class _Reader:
         if reading.error:
             return self._take_broken(start, reading)
         source = self._text[start : reading.end]
+        if name in self._functions and not (reading.args or condition or against):
+            self._starts += 1  # what it does has been read where it is defined
+            return reading.end
         if name == "print":
             self._fault(start, source, "printing is not a step")
         elif against:

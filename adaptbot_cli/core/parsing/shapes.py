@@ -26,19 +26,24 @@ _BEHIND = re.compile(
     r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→<&\])]|//|(?:then|and|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
+_COLON = re.compile(r":[ \t*_`]*\Z")
+_LINE_END = re.compile(r"[ \t`*_.,;!\"']*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
+_QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
 
 
 def call_name(text: str, anchor: int, floor: int, paren: int) -> tuple[int, str] | None:
     """Find the name before a parenthesis and where it is written, looking back to `floor`.
 
-    A space may stand between them only where nothing but list marks leads from `anchor` to it.
+    A space may stand between them only behind an underscored name, or where nothing but list marks
+    leads from `anchor` to it.
     """
     named = name_before(text, paren, floor)
     if named is None and text[paren - 1 : paren] == " " and paren > floor:
         quoted = _QUOTED.match(text, paren + 1)
         spaced = name_before(text, paren - 1, floor) if quoted else None
-        named = spaced if spaced and _leads(text, anchor, spaced[0]) else None
+        joined = spaced and "_" in spaced[1]
+        named = spaced if spaced and (joined or _leads(text, anchor, spaced[0])) else None
     return None if named is None or keyword.iskeyword(named[1]) else named
 
 
@@ -57,9 +62,11 @@ def is_call(text: str, anchor: int, start: int, name: str, reading: Reading, fen
         return True
     if reading.error:
         opened = text.find("(", start) + 1
-        return _leads(text, anchor, start) and bool(_BROKEN.match(text, opened))
+        broken = _leads(text, anchor, start) and bool(_BROKEN.match(text, opened))
+        return broken or bool(_QUOTES.match(text, opened))
     plain = all(_SIMPLE.fullmatch(arg) for arg in reading.args) or name.islower()
-    return plain and _stands_alone(text, anchor, start, reading)
+    alone = _stands_alone(text, anchor, start, reading)
+    return plain and (alone or _ends_line(text, anchor, start, reading))
 
 
 def alternative(text: str, anchor: int, start: int) -> str:
@@ -80,6 +87,12 @@ def trailing_condition(text: str, reading: Reading) -> str:
 def _stands_alone(text: str, anchor: int, start: int, reading: Reading) -> bool:
     behind = _BEHIND.match(text, reading.end)
     return behind is not None and _leads(text, anchor, start)
+
+
+def _ends_line(text: str, anchor: int, start: int, reading: Reading) -> bool:
+    """Tell whether a line ends with it behind a colon: "Slice the egg: slice(egg, knife)"."""
+    colon = _COLON.search(text, max(anchor, start - _LOOK), start)
+    return colon is not None and bool(_LINE_END.match(text, reading.end))
 
 
 def _leads(text: str, anchor: int, start: int) -> bool:

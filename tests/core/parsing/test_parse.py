@@ -222,7 +222,7 @@ def test_an_unclosed_call_does_not_take_the_next_line_with_it() -> None:
         ('For each toy:\n- empty("sink")', "For each toy"),
         ('while is_full("sink"):\n    empty("sink")', 'while is_full("sink")'),
         ('try:\n    empty("sink")', "try"),
-        ('def main():\n    empty("sink")', "def main()"),
+        ('def main(x):\n    empty("sink")', "def main(x)"),
         ('- If the sink is full:\n  - empty("sink")', "If the sink is full"),
         ('If the sink is full, `empty("sink")` first. Then wait.', "If the sink is full"),
         ('If the sink is full:\n\n```\nempty("sink")\n```\n', "If the sink is full"),
@@ -237,6 +237,49 @@ def test_a_call_under_a_condition_is_a_finding(text: str, condition: str) -> Non
     assert codes(text) == ["P103"]
     assert "empty" in message(text, "P103")
     assert condition in message(text, "P103")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "```python\ndef make():\n    wait(1)\n    mix()\n    return True\n\nmake()\n```",
+        'def make():\n    wait(1)\n    mix()\n\nif __name__ == "__main__":\n    make()',
+        "async def make(self) -> None:\n    wait(1)\n    mix()",
+        "```js\nfunction make() {\n  wait(1);\n  mix();\n}\nmake();\n```",
+        "def make(): wait(1)\nmake()\nmix()",
+    ],
+)
+def test_the_body_of_a_function_is_the_plan(text: str) -> None:
+    assert lines(text) == ["wait(1)", "mix()"]
+    assert not parse(text).findings
+
+
+def test_a_function_under_a_condition_or_called_with_arguments_is_no_frame() -> None:
+    assert codes("wait(1)\nif a:\n    def make():\n        mix()") == ["P103"]
+    assert lines("def make():\n    wait(1)\nmake(2)") == ["wait(1)", "make(2)"]
+    assert codes("def make():\n    wait(1)\nfor i in a:\n    make()") == ["P103"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "3. Slice the egg: slice(egg, knife)",
+        "- **Slice it:** `slice(egg, knife)`.",
+        "Now this: slice(egg, knife)  # thin",
+    ],
+)
+def test_a_line_that_ends_with_a_call_behind_a_colon_is_a_call(line: str) -> None:
+    text = f'wait(1)\n{line}\nfry("egg")'
+    assert lines(text) == ["wait(1)", 'slice("egg", "knife")', 'fry("egg")']
+    assert lines(f"wait(1)\n{line}") == ["wait(1)", 'slice("egg", "knife")']
+    assert not parse(text).findings
+
+
+@pytest.mark.parametrize(
+    "line", ['Then slice(egg (boiled), "knife") it', 'So pick_up(egg (the "big" one)) is done']
+)
+def test_what_looks_like_a_call_is_never_passed_over(line: str) -> None:
+    assert codes(f"wait(1)\n{line}") == ["P102"]
 
 
 def test_every_call_of_a_body_is_told_of_and_the_block_ends_with_its_indentation() -> None:
@@ -341,6 +384,8 @@ def test_marks_of_taking_back_in_code_and_strings_are_none() -> None:
         '[{"step": 1, "action": "slice", "object": "onion", "tool": "knife", "comment": "thin"},'
         ' {"step": 2, "action": "wait(5)"}]',
         'plan = [\n    slice("onion", "knife"),\n    wait(5),\n]',
+        '[{"slice": ["onion", "knife"]}, {"wait": {"t": 5}}]',
+        '{"plan": [{"slice": {"obj": "onion", "tool": "knife"}}, {"wait": [5]}]}',
     ],
 )
 def test_reads_json_and_tool_calls(text: str) -> None:
@@ -365,6 +410,11 @@ def test_the_names_of_arguments_are_kept(text: str) -> None:
     assert call == Call("put", ("bowl", "apple", "2"), ("loc", "obj", "tidy"))
     assert lines(call.render()) == ['put(loc="bowl", obj="apple", tidy=2)']
     assert not parse(text).findings
+
+
+def test_a_map_of_one_list_in_prose_is_no_step() -> None:
+    assert codes('[{"note": ["a"]}, {"steps": []}]') == ["P101"]
+    assert lines('[{"pick_up": "egg"}, {"thought": "well"}, "wait(5)"]')[-1] == "wait(5)"
 
 
 def test_an_argument_may_have_a_name_among_others_that_have_none() -> None:
