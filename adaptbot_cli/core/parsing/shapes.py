@@ -26,7 +26,7 @@ _BEHIND = re.compile(
     r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→<&\])]|//|(?:then|and|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
-_COLON = re.compile(r":[ \t*_`]*\Z")
+_COLON = re.compile(r"(?<!Error)(?<!Exception):[ \t*_`]*\Z")
 _LINE_END = re.compile(r"[ \t`*_.,;!\"']*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")

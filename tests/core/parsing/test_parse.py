@@ -465,6 +465,10 @@ def test_prose_that_stands_among_the_calls_is_left_out_with_a_word_about_it() ->
     assert message(many, "P105").endswith("in line 4, 6, 8, 10, 12 and on.")
 
 
+def test_an_error_that_is_quoted_is_no_step() -> None:
+    assert lines("wait(5)\n\nRuntimeError: switch(pan, on)\n") == ["wait(5)"]
+
+
 def test_prose_in_a_string_of_json_is_told_by_itself() -> None:
     text = '{"steps": ["take(1)\\nThen rest\\nwait(5)"]}'
     assert "`Then rest` is no call" in message(text, "P105")
