@@ -259,8 +259,8 @@ def test_tool_calls_are_a_plan(ask: Ask) -> None:
     calls = (("pick_up_obj", {"obj": "egg"}), ("wait", {"time": 5}))
     text = ask(server.calls_tools(*calls)).text
     assert [written.call.render() for written in parse(text).calls] == [
-        'pick_up_obj("egg")',
-        "wait(5)",
+        'pick_up_obj(obj="egg")',
+        "wait(time=5)",
     ]
 
 
