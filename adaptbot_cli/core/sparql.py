@@ -8,7 +8,7 @@ import pyoxigraph
 from rdflib import BNode, Graph, URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.terms import Triple, node_of
+from adaptbot_cli.core.terms import Triple, triple_of
 
 SKIP = r"<[^<>\s]*>|\"\"\".*?\"\"\"|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[^\n]*"
 """What a query has in it that is neither keyword nor variable: IRIs, strings, comments."""
@@ -160,7 +160,7 @@ def template(prefixes: str, text: str) -> tuple[Triple, ...]:
         quads = list(pyoxigraph.parse(f"{prefixes}{turtle}{stop}", pyoxigraph.RdfFormat.TURTLE))
     except SyntaxError as problem:
         raise ValueError(" ".join(str(problem).split())) from None
-    nodes = ((node_of(q.subject), node_of(q.predicate), node_of(q.object)) for q in quads)
+    nodes = (triple_of(quad.triple) for quad in quads)
     found = sorted((_variable(s), _variable(p), _variable(o)) for s, p, o in nodes)
     if any(isinstance(node, BNode) for triple in found for node in triple):
         raise ValueError("a group of triples may hold no blank node")

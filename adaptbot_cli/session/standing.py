@@ -39,9 +39,9 @@ def new_faults(home: Home) -> list[str]:
     versions = home.needed()
     now = _faults(versions.files(None), f"kg/{home.domain}")
     try:
-        before = _faults(versions.files("HEAD"), f"kg/{home.domain}")
+        before = set(_faults(versions.files("HEAD"), f"kg/{home.domain}"))
     except KnowledgeError:
-        before = []
+        before = set()
     return [fault for fault in now if fault not in before]
 
 

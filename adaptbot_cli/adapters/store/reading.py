@@ -14,7 +14,7 @@ from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.lacking import lacking
 from adaptbot_cli.core.pack import Sources, examine_domain, read_domain
-from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, node_of
+from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
 from adaptbot_cli.errors import KnowledgeError, PackError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
@@ -196,7 +196,7 @@ def _parser(data: bytes) -> "pyoxigraph.QuadParser":
 
 def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:
     with _told(path):
-        return [(node_of(q.subject), node_of(q.predicate), node_of(q.object)) for q in parser]
+        return [triple_of(quad.triple) for quad in parser]
 
 
 @contextmanager

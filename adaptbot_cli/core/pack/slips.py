@@ -71,11 +71,10 @@ def _check_value(entry: Entry, triple: Triple, prop: Property) -> None:
     if isinstance(value, Variable) or not prop.range:
         return
     told = f'"{value}"' if isinstance(value, Literal) else local(value)
+    problem = f"ab:effect writes {told} as {name}, which must be {a(local(prop.range))}"
     if prop.range in DATATYPES and not is_value(value, prop.range):
-        problem = f"ab:effect writes {told} as {name}, which must be {a(local(prop.range))}"
         entry.note(problem, f"write {DATATYPES[prop.range]}")
     elif prop.range not in DATATYPES and isinstance(value, Literal):
-        problem = f"ab:effect writes {told} as {name}, which must be {a(local(prop.range))}"
         entry.note(problem, "write a thing such as ex:thing, or a parameter")
 
 

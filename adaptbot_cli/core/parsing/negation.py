@@ -15,7 +15,7 @@ _BREAKS = (
 )
 _ANNOUNCES = (
     r"ever|again|yet|to|for|use|using|call|calling|do|doing|run|running|execute|executing|perform"
-    r"|performing|write|writing|include|including|the|a|any|action|step|function|command|call"
+    r"|performing|write|writing|include|including|the|a|any|action|step|function|command"
 )
 _NEGATION = re.compile(
     rf"(?<![\w'’])(?:(?:{_ORDER})(?:[*`\"]*+[ \t]++[*`\"]*+(?!(?:{_BREAKS})\b)[\w'’-]++){{0,8}}"

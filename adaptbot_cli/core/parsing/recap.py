@@ -128,10 +128,9 @@ def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
     message = f"The plan is repeated from line {place.line}: run once"
     message += f", leaving out {dropped.lines()}"
     if extra:
-        added = [w.source for w, key in zip(again.calls, again.keys, strict=True) if key in extra][
-            :3
-        ]
-        message += f"; the repetition adds {', '.join(map(shown, added))}"
+        pairs = zip(again.calls, again.keys, strict=True)
+        added = [written.source for written, key in pairs if key in extra]
+        message += f"; the repetition adds {', '.join(map(shown, added[:3]))}"
     if lacks:
         message += f"; the repetition lacks {len(lacks)} of the calls told first"
     finding = Finding("P104", message + ".", line=place.line, column=place.column)
