@@ -116,24 +116,26 @@ def whole(root: Path, before: dict[str, bytes], name: str) -> bool:
 
 
 def test_a_kill_at_any_time_leaves_the_old_or_the_new(root: Path) -> None:
-    """200 kills at random times of a commit, each followed by a look and by another commit."""
+    """200 kills at random times of a commit, each followed by a look, some by another commit."""
     print(f"ADAPTBOT_CRASH_SEED={SEED}")
     rng = random.Random(SEED)
     one = Keeper(root, "kitchen", ORIGIN)
-    started = time.perf_counter()
-    for number in range(5):
-        one.keep(item(f"warm_{number}", "fridge"))
-    usual = (time.perf_counter() - started) / 5
-    kept = in_time = 0
-    for number in range(KILLS):
+    one.keep(item("warm", "fridge"))
+    usual = 0.0
+    in_time = kept = 0
+    for number in range(5 * KILLS):
+        if number % 5 == 0:  # measured anew: what else this machine does comes and goes
+            started = time.perf_counter()
+            assert one.keep(item(f"after_{number}", "fridge")).revision
+            usual = time.perf_counter() - started
         before, name = files(root), f"thing_{number}"
         turn = item(name, "fridge")
         in_time += killed_after(rng.uniform(0, 1.2 * usual), lambda turn=turn: one.keep(turn))
         kept += whole(root, before, name)
-        if number % 10 == 0:
-            assert one.keep(item(f"after_{number}", "fridge")).revision
-    assert in_time > KILLS / 2, "most kills came too late to prove anything"
-    assert 0 < kept < KILLS
+        if in_time == KILLS:
+            break
+    assert in_time == KILLS, "most kills came too late to prove anything"
+    assert 0 < kept <= number, "some kills come before the change holds, some after it"
 
 
 def test_a_kill_before_any_step_leaves_the_old_or_the_new(root: Path) -> None:
