@@ -48,14 +48,17 @@ class Prompts:
 
     def _first(self, turn: Propose) -> str:
         domain = self.kg.domain
+        example = self._example(turn)
+        near = example["plan"] if example else ""
+        told = frozenset(words(f"{turn.task.name} {near} {turn.previous}"))
         return self._render(
             "plan.j2",
             purpose=domain.purpose,
             actions=_signatures(domain.actions.values(), explained=not turn.attempt),
-            things=[(k.label, self._names(k)) for k in domain.teachable if k.prompted],
-            example=None if turn.attempt else self._example(turn),
+            things=[(k.label, self._names(k, told)) for k in domain.teachable if k.prompted],
+            example=None if turn.attempt else example,
             task=turn.task.name,
-            required=turn.task.required,
+            required=() if turn.attempt else turn.task.required,
         )
 
     def again(self, turn: Propose) -> str:
@@ -81,9 +84,11 @@ class Prompts:
         )
         return environment.get_template(name).render(**values).strip()
 
-    def _names(self, kind: Kind) -> list[str]:
-        found = self.kg.instances([kind.iri])
-        return [self.kg.name(entity) for entity in found[:MOST_NAMES]]
+    def _names(self, kind: Kind, told: frozenset[str]) -> list[str]:
+        """The things of a kind; of many, first those that the task and the plans near it name."""
+        found = map(self.kg.name, self.kg.instances([kind.iri]))
+        ranked = sorted(found, key=lambda name: not told.issuperset(words(name)))
+        return sorted(ranked[:MOST_NAMES])
 
     def _example(self, turn: Propose) -> dict[str, str] | None:
         """The nearest plan of the library, for its form."""

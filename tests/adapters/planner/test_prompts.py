@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.adapters.planner.prompts import MOST_NAMES, Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
@@ -70,7 +70,7 @@ def test_a_re_prompt_tells_each_finding_once_in_the_models_own_lines() -> None:
     first, previous, again = messages(kitchen(), "make omelette", finding, finding)
     assert previous == PREVIOUS and "Task: omelette" in first
     assert again.count("line 3: chives is not in the knowledge graph") == 1
-    assert "must still use all of: egg, oil, salt" in again
+    assert "Still use all of: egg, oil, salt" in again and "Use all of" not in first
 
 
 def test_a_re_prompt_tells_no_name_of_a_predicate() -> None:
@@ -86,6 +86,13 @@ def test_a_hundred_times_more_items_make_no_prompt_longer() -> None:
         for count in (100, 10_000)
     ]
     assert sizes[0] == sizes[1]
+
+
+def test_of_many_things_those_that_the_nearest_plan_needs_are_named() -> None:
+    text = messages(grown(100), "make omelette")[0]
+    [vessels] = [line for line in text.splitlines() if line.startswith("Vessel")]
+    assert {"bowl", "skillet", "plate"} & set(vessels.partition(": ")[2].split(", "))
+    assert vessels.count(", ") == MOST_NAMES - 1
 
 
 def grown(count: int) -> Kg:
