@@ -162,7 +162,7 @@ def ends_early(text: str) -> Answer:
 
 def hangs(to: Handler) -> None:
     """Say nothing until the client or the test has gone."""
-    to.server.over.wait(60)
+    to.server.over.wait(600)
     to.close_connection = True
 
 

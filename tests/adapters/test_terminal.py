@@ -183,7 +183,7 @@ class Terminal:
             cwd=str(ROOT),
             dimensions=(40, 80),
             encoding="utf-8",
-            timeout=20,
+            timeout=60,
             env={
                 **{k: v for k, v in os.environ.items() if k != "NO_COLOR"},
                 "PYTHONPATH": str(ROOT),

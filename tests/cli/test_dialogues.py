@@ -47,7 +47,7 @@ class Terminal:
             cwd=str(home.folder),
             dimensions=(40, COLUMNS),
             encoding="utf-8",
-            timeout=15,
+            timeout=60,
             env=home.environment(**{"TERM": "xterm-256color", "PROMPT_TOOLKIT_NO_CPR": "1", **env}),
         )
         self.screen = ""
@@ -217,7 +217,7 @@ def test_json_in_a_terminal_has_stdout_alone(home: Home) -> None:
         cwd=str(home.folder),
         dimensions=(40, COLUMNS),
         encoding="utf-8",
-        timeout=30,
+        timeout=60,
         env=home.environment(TERM="xterm", PROMPT_TOOLKIT_NO_CPR="1"),
     )
     process.expect_exact(CHIVES)

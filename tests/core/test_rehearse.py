@@ -123,7 +123,7 @@ def test_what_no_action_can_do_is_a_finding() -> None:
 def test_a_condition_that_can_never_hold_ends_soon() -> None:
     start = time.perf_counter()
     assert findings("stretch(board)") == [("E401", "board must be in two places")]
-    assert time.perf_counter() - start < 5
+    assert time.perf_counter() - start < 60
 
 
 def test_a_step_whose_repair_would_need_itself_ends() -> None:

@@ -112,15 +112,15 @@ def test_who_waits_comes_before_who_lets_go_and_wants_it_again(tmp_path: Path) -
     turns.write_text("")
 
     def work(number: int) -> None:
-        for _ in range(30):
+        for _ in range(90):
             with lock(tmp_path):
                 turns.write_text(f"{turns.read_text()}{number}")
                 time.sleep(0.002)
 
     in_processes(work, 3)
-    assert sorted(turns.read_text()) == sorted("012" * 30)
-    first = turns.read_text()[:45]
-    assert max(len(list(run)) for _, run in itertools.groupby(first)) < 15
+    assert sorted(turns.read_text()) == sorted("012" * 90)
+    first = turns.read_text()[:135]
+    assert max(len(list(run)) for _, run in itertools.groupby(first)) < 60
 
 
 def test_a_reader_never_sees_half_of_a_change(tmp_path: Path) -> None:

