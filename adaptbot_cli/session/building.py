@@ -175,7 +175,7 @@ def _planner(
     if chosen.model is None:
         from adaptbot_cli.adapters.planner.library import Library
 
-        others = tuple(name for name in workspace.domains() if name != request.domain)
+        others = {n: workspace.library(n) for n in workspace.domains() if n != request.domain}
         return Library(library, kg.domain, others)
     from adaptbot_cli.adapters.display import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits

@@ -1,7 +1,7 @@
 """The plan library: generic, hand-written plans, adapted to a task's own ingredients."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
@@ -132,6 +132,13 @@ def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan
     return plan, name
 
 
+def _serves(folders: tuple[Path, ...], task: str) -> bool:
+    try:
+        return nearest_plan(task, read_library(*folders)) is not None
+    except PackError:  # told when that domain is used
+        return False
+
+
 def _folded(text: str) -> frozenset[str]:
     return frozenset((singulars(word) or (word,))[0] for word in words(text))
 
@@ -140,13 +147,13 @@ def _folded(text: str) -> frozenset[str]:
 class Library:
     """Plans without a model: the nearest plan of the library, with the task's own items.
 
-    The library is that of `folders`, an earlier one before a later one; `others` are the domains
-    that a task may be of instead.
+    The library is that of `folders`, an earlier one before a later one; `others` are those of the
+    domains that a task may be of instead.
     """
 
     folders: tuple[Path, ...]
     domain: Domain
-    others: tuple[str, ...] = ()
+    others: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
@@ -161,10 +168,10 @@ class Library:
         found = nearest_plan(turn.task.name, read_library(*self.folders))
         if found is None:
             raise ModelError(
-                f'The plan library has nothing near "{turn.task.name}"{self._meant(turn)}, and no '
-                "model is configured. Name one with --model (any litellm name, such as "
-                "ollama/llama3.2 or gpt-4o), in adaptbot.toml or in ADAPTBOT_MODEL, or set a "
-                f"provider's key such as OPENAI_API_KEY.{self._elsewhere()}"
+                f'The plan library of {self.domain.name} has nothing near "{turn.task.name}"'
+                f"{self._meant(turn)}, and no model is configured. {self._elsewhere(turn)}Name a "
+                "model with --model (any litellm name, such as ollama/llama3.2 or gpt-4o), in "
+                "adaptbot.toml or in ADAPTBOT_MODEL, or set a provider's key (OPENAI_API_KEY)."
             )
         plan, name = found
         return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
@@ -176,10 +183,14 @@ class Library:
         near = get_close_matches(said, names, 1, _A_SLIP)
         return f' (is it "{near[0]}" that you mean?)' if near else ""
 
-    def _elsewhere(self) -> str:
+    def _elsewhere(self, turn: Propose) -> str:
+        """The domains that have a plan for the task, or else all others, for a sentence."""
+        able = [name for name, folders in self.others.items() if _serves(folders, turn.task.name)]
+        if able:
+            return f"For the plan of {' or '.join(able)}, add --domain {able[0]}. "
         if not self.others:
             return ""
-        return f" A task of another domain is run with --domain ({', '.join(self.others)})."
+        return f"If it is a task of {' or '.join(self.others)}, add --domain. "
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what its name adds."""
