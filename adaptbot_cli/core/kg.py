@@ -40,6 +40,18 @@ query has no variable for are left out: they are an error to the engine."""
 
 
 @dataclass(slots=True)
+class _Known:
+    """What was worked out of the names and classes of a graph: all is forgotten when it learns."""
+
+    names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
+    proper: dict[Node, str] = field(default_factory=dict)
+    classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
+    spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
+    alike: Spellings[Node] | None = None
+    size: tuple[int, int] | None = None
+
+
+@dataclass(slots=True)
 class Kg:
     """A home's knowledge graph under a domain.
 
@@ -55,14 +67,9 @@ class Kg:
     named_by: tuple[URIRef, ...] = ()
     strays: frozenset[Triple] = frozenset()
     _graphs: dict[URIRef, Graph] = field(default_factory=dict)
-    _names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
-    _proper: dict[Node, str] = field(default_factory=dict)
-    _classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
-    _spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
+    _known: _Known = field(default_factory=_Known)
     _line: Line = field(init=False)
-    _alike: Spellings[Node] | None = None
     _depth: int = 0
-    _size: tuple[int, int] | None = None
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
 
@@ -161,9 +168,9 @@ class Kg:
 
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
-        if name not in self._names:
-            self._names[name] = self._look_up(name)
-        return self._names[name]
+        if name not in self._known.names:
+            self._known.names[name] = self._look_up(name)
+        return self._known.names[name]
 
     def _look_up(self, name: str) -> tuple[URIRef, ...]:
         """A thing's own name goes before another name that was taught for something else."""
@@ -188,22 +195,22 @@ class Kg:
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
-        if not self._spellings:
+        if not self._known.spellings:
             for entity in self.instances(self.domain.kinds):
                 key = without_s(self.name(entity))
-                self._spellings[key] = (*self._spellings.get(key, ()), entity)
-        return self._spellings.get(without_s(name), ())
+                self._known.spellings[key] = (*self._known.spellings.get(key, ()), entity)
+        return self._known.spellings.get(without_s(name), ())
 
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with
         a name: those that share the most pairs of letters with it."""
-        if self._alike is None:
-            self._alike = Spellings()
+        if self._known.alike is None:
+            self._known.alike = Spellings()
             for predicate in self.named_by:
                 for entity, text in self.store.subject_objects(predicate):
-                    self._alike.add(str(text), entity)
+                    self._known.alike.add(str(text), entity)
         wanted = frozenset(classes)
-        found = (self.name(e) for e in self._alike.alike(name) if self.is_a(e, wanted))
+        found = (self.name(e) for e in self._known.alike.alike(name) if self.is_a(e, wanted))
         return list(islice(found, most))
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
@@ -212,19 +219,20 @@ class Kg:
 
     def name(self, entity: Node) -> str:
         """Return an entity's name, or the end of its IRI."""
-        if entity not in self._proper:
+        proper = self._known.proper
+        if entity not in proper:
             found = (
                 min(self.store.objects(entity, p), key=str, default=None) for p in self.named_by
             )
-            self._proper[entity] = next((str(v) for v in found if v is not None), local(entity))
-        return self._proper[entity]
+            proper[entity] = next((str(v) for v in found if v is not None), local(entity))
+        return proper[entity]
 
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
-        if entity not in self._classes:
+        if entity not in self._known.classes:
             found = (sup for kind in self._kinds(entity) for sup in kind.supers)
-            self._classes[entity] = frozenset(found)
-        return self._classes[entity]
+            self._known.classes[entity] = frozenset(found)
+        return self._known.classes[entity]
 
     def is_a(self, entity: Node, classes: Iterable[Node]) -> bool:
         """Tell whether an entity belongs to one of some classes."""
@@ -311,12 +319,7 @@ class Kg:
     def learn(self, delta: Delta) -> None:
         """Change the graph for good and forget what was worked out from the old one."""
         self.apply(delta)
-        self._names.clear()
-        self._proper.clear()
-        self._classes.clear()
-        self._size = None
-        self._alike = None
-        self._spellings.clear()
+        self._known = _Known()
         self.forget()
 
     def forget(self) -> None:
@@ -337,10 +340,10 @@ class Kg:
 
     def size(self) -> tuple[int, int]:
         """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""
-        if self._size is None:
+        if self._known.size is None:
             [row] = self.rows(_SIZE, {})
-            self._size = int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
-        return self._size
+            self._known.size = int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
+        return self._known.size
 
 
 def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Triple]:
