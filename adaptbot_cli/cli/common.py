@@ -30,6 +30,17 @@ KgOption = Annotated[
     list[Path] | None,
     typer.Option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
 ]
+TimeoutOption = Annotated[
+    float | None,
+    typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
+]
+MaxTokensOption = Annotated[
+    int | None,
+    typer.Option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
+]
+MaxCostOption = Annotated[
+    float | None, typer.Option(min=0, metavar="USD", help="US dollars in this run.")
+]
 
 
 def workspace(option: Path | None) -> "Workspace":
@@ -51,6 +62,7 @@ def opened(
     domain: str,
     model: str | None,
     api_base: str | None = None,
+    said_by: str = "--model",
 ) -> "Chosen":
     """Choose who plans and print the first line of a run, before anything slow; a model is got
     ready meanwhile. Raises UsageError."""
@@ -58,7 +70,7 @@ def opened(
     from adaptbot_cli.adapters.planner.choice import choose
 
     home.folder(domain)
-    chosen = choose(model, home.settings, os.environ, api_base)
+    chosen = choose(model, home.settings, os.environ, api_base, said_by)
     show_opening(screen, task, domain, chosen.name, chosen.why)
     if chosen.model is not None:
         from adaptbot_cli.adapters.planner.provider import load_early

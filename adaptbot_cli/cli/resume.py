@@ -6,6 +6,9 @@ import typer
 
 from adaptbot_cli.cli.common import (
     JsonOption,
+    MaxCostOption,
+    MaxTokensOption,
+    TimeoutOption,
     WorkspaceOption,
     console,
     domain_name,
@@ -14,15 +17,24 @@ from adaptbot_cli.cli.common import (
 )
 from adaptbot_cli.cli.run import pursue
 
+_ORIGIN = "the interrupted run"
+"""Where the model comes from, unless that run did not tell it."""
+
 
 def resume(
     run: Annotated[
         str, typer.Argument(metavar="[ID]", help="A transcript; without it, the latest cut off.")
     ] = "",
+    timeout: TimeoutOption = None,
+    max_tokens: MaxTokensOption = None,
+    max_cost: MaxCostOption = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
-    """Go on with a run that was cut off, from the answers it had."""
+    """Go on with a run that was cut off, from the answers it had.
+
+    Its limits hold on, and what it has spent of tokens and dollars counts.
+    """
     from rich.text import Text
 
     from adaptbot_cli import session
@@ -35,7 +47,7 @@ def resume(
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
     model, base = _text(header, "model") or None, _text(header, "api_base") or None
-    chosen = opened(screen, home, _text(header, "task"), domain, model, base)
+    chosen = opened(screen, home, _text(header, "task"), domain, model, base, _ORIGIN)
     request = session.Request(
         task=_text(header, "task"),
         domain=domain,
@@ -44,9 +56,9 @@ def resume(
         replans=header.get("replans", 3),
         requires=tuple(header.get("requires") or ()),
         apply=header.get("apply") is True,
-        timeout=header.get("timeout"),
-        max_tokens=header.get("max_tokens"),
-        max_cost=header.get("max_cost"),
+        timeout=timeout if timeout is not None else header.get("timeout"),
+        max_tokens=max_tokens if max_tokens is not None else header.get("max_tokens"),
+        max_cost=max_cost if max_cost is not None else header.get("max_cost"),
         temperature=header.get("temperature", 0.0),
         seed=header.get("seed", 0),
         full=header.get("full") is True,

@@ -11,7 +11,10 @@ import typer
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
+    MaxCostOption,
+    MaxTokensOption,
     RequiresOption,
+    TimeoutOption,
     WorkspaceOption,
     console,
     domain_name,
@@ -50,17 +53,9 @@ def run(
         str | None,
         typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
     ] = None,
-    timeout: Annotated[
-        float | None,
-        typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
-    ] = None,
-    max_tokens: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
-    ] = None,
-    max_cost: Annotated[
-        float | None, typer.Option(min=0, metavar="USD", help="US dollars in this run.")
-    ] = None,
+    timeout: TimeoutOption = None,
+    max_tokens: MaxTokensOption = None,
+    max_cost: MaxCostOption = None,
     temperature: Annotated[
         float | None, typer.Option(min=0, max=2, help="How freely the model answers (0).")
     ] = None,

@@ -236,7 +236,10 @@ def _action_question(
 
 
 def unknown_action(name: str, report: Report) -> acting.Unknown:
-    """Return an action that a plan writes and that is not known, as the plan has it."""
+    """Return an action that a plan writes and that is not known, as the plan has it.
+
+    There is a step of that name: the finding that is asked about was made of its call.
+    """
     step = next(s for s in report.steps if normal(s.call.action) == name)
     found = [f for f in report.findings if f.code == "E101" and normal(f.subject) == name]
     near = found[0].candidates if found else ()

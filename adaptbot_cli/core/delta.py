@@ -35,6 +35,10 @@ def net(deltas: Iterable[Delta]) -> Delta:
     return Delta(frozenset(removed), frozenset(added))
 
 
+_UNSURE = -1
+"""The number of no state: that of a change that may be written in part."""
+
+
 @dataclass(slots=True)
 class Line:
     """A line of changes, and how much of it is written.
@@ -70,7 +74,11 @@ class Line:
             self._same = min(self._same, mark)
 
     def settle(self) -> None:
-        """Write what is not written yet, and take back what is written but not of this line."""
+        """Write what is not written yet, and take back what is written but not of this line.
+
+        An interruption (Ctrl-C) may come between any two steps: what is being written bears no
+        state until it is whole, so that the next time takes it back and writes it again.
+        """
         if self._same == len(self._written) == len(self.changes):
             return
         states = [*self._past[1:], self.state] if self.changes else []
@@ -80,10 +88,13 @@ class Line:
                 break
             self._same += 1
         while len(written) > self._same:
-            self.write(written.pop()[1].inverse)
+            written[-1] = (_UNSURE, written[-1][1])
+            self.write(written[-1][1].inverse)
+            written.pop()
         for state, delta in zip(states[self._same :], self.changes[self._same :], strict=True):
+            written.append((_UNSURE, delta))
             self.write(delta)
-            written.append((state, delta))
+            written[-1] = (state, delta)
         self._same = len(written)
 
     def keep(self) -> None:

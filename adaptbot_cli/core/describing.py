@@ -9,6 +9,7 @@ from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.tasks import listed
 from adaptbot_cli.core.terms import local
 
 _SPACE = re.compile(r"\s+")
@@ -27,9 +28,9 @@ def _names(action: Action) -> list[str]:
     return [*action.aliases, *(name for called in action.called_as for name in called.names)]
 
 
-def task_called(domain: Domain, name: str) -> Task | None:
-    """Return the task of a name, if the domain lists it."""
-    return domain.task_names.get(normal(name))
+def task_called(kg: Kg, name: str) -> Task | None:
+    """Return the task of a name or a request, if the domain lists it."""
+    return kg.domain.task_names.get(normal(name)) or listed(name, kg)
 
 
 def action(kg: Kg, found: Action) -> dict[str, Any]:

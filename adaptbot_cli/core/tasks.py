@@ -19,13 +19,17 @@ def task_for(text: str, kg: Kg, requires: Iterable[str] = ()) -> Task:
     `requires` adds required items. A task that is not listed requires the known items that its
     name tells: "cheese sandwich" requires cheese, "salad with tomato" tomato.
     """
-    key = content(text, kg)
-    listed = next((t for name, t in kg.domain.task_names.items() if content(name, kg) == key), None)
-    task = listed or Task(" ".join(words(text)) or text.strip(), _told(text, kg))
+    task = listed(text, kg) or Task(" ".join(words(text)) or text.strip(), _told(text, kg))
     extra = [normal(name) for name in requires if name.strip()]
     unwanted = set(words(text)) - set(affirmed(text))
     wanted = (name for name in (*task.required, *extra) if not unwanted & set(words(name)))
     return replace(task, required=tuple(dict.fromkeys(wanted)))
+
+
+def listed(text: str, kg: Kg) -> Task | None:
+    """Return the task of the domain that a request means: "make an omelette" is the omelette."""
+    key = content(text, kg)
+    return next((t for name, t in kg.domain.task_names.items() if content(name, kg) == key), None)
 
 
 def content(text: str, kg: Kg) -> tuple[str, ...]:

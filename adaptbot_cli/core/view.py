@@ -115,12 +115,22 @@ def members(kg: Kg, kind: Kind) -> list[Thing]:
     return sorted(found, key=lambda t: t.name)
 
 
-def near(kg: Kg, name: str) -> list[str]:
-    """Return the names of things and classes most like a name that is neither."""
-    return nearest(name, _all_names(kg))
+def near(kg: Kg, name: str, whatever: bool = False) -> list[str]:
+    """Return the names of things and actions most like a name that is neither.
+
+    With `whatever` those of classes and tasks too.
+    """
+    among = set(_taught(kg))
+    if whatever:
+        kinds = kg.domain.kinds.values()
+        among |= {local(kind.iri) for kind in kinds} | {kind.label for kind in kinds}
+        among |= {task.name for task in kg.domain.tasks}
+    return nearest(name, among)
 
 
-def _all_names(kg: Kg) -> Iterable[str]:
-    yield from (local(iri) for iri in kg.domain.kinds)
+def _taught(kg: Kg) -> Iterable[str]:
+    """The names of what can be taught."""
     for predicate in kg.named_by:
         yield from (str(name) for name in kg.facts.objects(None, predicate))
+    for action in kg.domain.actions.values():
+        yield from (action.name, *action.aliases)

@@ -13,7 +13,7 @@ from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load
-from adaptbot_cli.session.resuming import remembering
+from adaptbot_cli.session.resuming import remembering, spent
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ def _planner(
         name,
         prompts,
         Asking(request.temperature, request.seed, chosen.api_base),
-        Budget(limits),
+        Budget(limits, spent(request.resumes) if request.resumes else []),
         secrets(environ, chosen.api_base),
         Stream(console, name),
     )

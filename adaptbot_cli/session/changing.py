@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 _ANSWER = re.compile(r"[0-9a-f]{4,40}\.[0-9]+")
 
+_MOST = 3
+"""How many faults of an edit are told; `kg validate` tells all."""
+
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
@@ -238,8 +241,10 @@ def commit_edits(home: Home, message: str) -> str | None:
         load_kg(versions.files(None), f"kg/{home.domain}")
         found = new_faults(home) if versions.head() else []
         if found:
-            told = "; ".join(found)
-            raise KnowledgeError(f"the edits were not committed and stay as they are: {told}")
+            told = "; ".join(found[:_MOST])
+            more = len(found) - _MOST
+            rest = f"; and {more} more: see adaptbot kg validate" if more > 0 else ""
+            raise KnowledgeError(f"the edits were not committed and stay as they are: {told}{rest}")
         by = person()
         trailers = "Source: hand edit\n" + (f"By: {_one_line(by)}\n" if by else "")
         paths = [versions.path(name) for name in edited]

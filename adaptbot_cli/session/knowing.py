@@ -181,6 +181,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
         UsageError: nothing is called so, or has no such property.
     """
     from adaptbot_cli.adapters.store.blame import PACK, UNCOMMITTED, history, origins
+    from adaptbot_cli.core import describing
 
     wanted = known_as(home, name)
     facts = {t for t in home.facts if t[0] in wanted} or _told_of(home, name)
@@ -188,7 +189,10 @@ def why(home: Home, name: str, prop: str = "") -> Why:
         for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
             if known_as(home, name[:cut]):
                 return why(home, name[:cut], name[cut:].strip())
-        raise UsageError(f"nothing is called {name}{_near(home, name)}")
+        action = describing.action_called(home.kg, name)
+        if action is not None:
+            return why(home, action.name, prop)
+        raise UsageError(_not_taught(home, name))
     if prop:
         facts = {t for t in facts if called(prop, t[1], home.words)}
     pairs = {(t[0], t[1]) for t in facts}
@@ -234,6 +238,18 @@ def _properties(home: Home, wanted: "frozenset[Node]") -> str:
 
     found = sorted({local(p) for s, p, _ in home.facts if s in wanted})
     return ", ".join(found) or "none yet"
+
+
+def _not_taught(home: Home, name: str) -> str:
+    """Say that nobody taught anything of that name: it is something else, or nothing."""
+    from adaptbot_cli.core import describing, view
+
+    task = describing.task_called(home.kg, name)
+    kind = view.kind_called(home.kg, name)
+    if task is None and kind is None:
+        return f"nothing is called {name}{_near(home, name)}"
+    what, file = ("task", "tasks.ttl") if task is not None else ("class", "domain.ttl")
+    return f"{name} is a {what}, as {file} has it: see adaptbot kg show"
 
 
 def _near(home: Home, name: str) -> str:

@@ -36,7 +36,12 @@ def load(
 
 
 def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
-    """The graph that a transcript was made on: the bundled one, or a revision of the workspace."""
+    """The graph that a transcript was made on: the bundled one, or a revision of the workspace.
+
+    Raises:
+        UsageError: its domain is none of those there are, or it cannot be played again.
+        KnowledgeError: the workspace has no such revision.
+    """
     from adaptbot_cli.adapters.store.reading import load_kg, read_files
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.resources import bundled
@@ -44,9 +49,12 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
     domain, graph = str(header.get("domain", "")), str(header.get("graph", "bundled"))
     if graph.endswith(EDITS):
         raise UsageError(f"{path} was made on hand-edited files that were not committed: no replay")
+    if domain not in workspace.domains():  # never a path: a transcript may be a stranger's
+        known = ", ".join(workspace.domains())
+        raise UsageError(f'{path}: there is no domain "{domain}"; there is {known}')
     if graph == "bundled":
         folder = bundled("kg") / domain
-        if not domain or not (folder / "domain.ttl").is_file():
+        if not (folder / "domain.ttl").is_file():
             raise UsageError(f'{path}: there is no bundled domain "{domain}"')
         return load_kg(read_files(folder), f"kg/{domain}")
     return load_kg(_files_at(workspace, domain, graph), f"kg/{domain} at {graph[:10]}")

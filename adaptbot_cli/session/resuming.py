@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.core.turns import Human, Planner
 from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.adapters.planner.budget import Spent
 
 
 def cut_off(workspace: Workspace, name: str = "") -> Path:
@@ -62,6 +65,20 @@ def chain(path: Path) -> list[Path]:
         if not before or older in found or not older.is_file():
             return found
         found.insert(0, older)
+
+
+def spent(path: Path) -> "list[Spent]":
+    """Return what a run that was cut off has spent on its model, as far as its transcripts tell."""
+    from adaptbot_cli.adapters.planner.budget import Spent
+    from adaptbot_cli.adapters.transcript import read_cut
+
+    turns = [turn for each in chain(path) for turn in read_cut(each)[1]]
+    found = []
+    for turn in (turn for turn in turns if turn["turn"] == "propose"):
+        tokens = turn.get("tokens") or {}
+        prompt, completion = tokens.get("prompt", 0), tokens.get("completion", 0)
+        found.append(Spent(turn.get("calls", 1), prompt, completion, turn.get("cost_usd")))
+    return found
 
 
 def remembering(path: Path, planner: Planner, human: Human) -> tuple[Planner, Human]:

@@ -49,7 +49,9 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
     header, turns = read(path)
     # Hand-edited files were no revision; if they are as they were, the replay shows it.
     edited = str(header.get("graph", "")).endswith(EDITS)
-    kg = load(workspace, str(header["domain"])) if edited else kg_of(header, path, workspace)
+    kg = (
+        load(workspace, str(header.get("domain", ""))) if edited else kg_of(header, path, workspace)
+    )
     last, notes = _Last(), [_EDITED] if edited else []
     try:
         replay(path, workspace, [last], kg)

@@ -27,6 +27,21 @@ COMMANDS = {
 }
 
 
+NOT_THERE = {
+    ("show", "gerlic"): "called gerlic; near it: garlic",
+    ("show", "make omelete"): "called make omelete; near it: omelette",
+    ("show", "vesel"): "no thing, class, action or task is called vesel",
+    ("show", "vessel"): "near it: vessel or container",
+    ("show", "fecth"): "near it: fetch",
+    ("why", "gerlic"): "nothing is called gerlic; near it: garlic",
+    ("why", "pick_upp"): "near it: pick_up, pick_up_obj",
+    ("why", "omelete"): "nothing is called omelete",
+    ("why", "make omelette"): "make omelette is a task, as tasks.ttl has it",
+    ("why", "tools"): "tools is a class, as domain.ttl has it",
+}
+"""A name that nothing bears, or something that nobody teaches: one sentence says so."""
+
+
 @pytest.fixture(scope="module")
 def said(used: Home) -> dict[str, Ended]:
     """Run all commands in a home that has no workspace: the bundled kitchen is shown."""
@@ -114,3 +129,18 @@ def _things(told: Any) -> int:
 def test_a_revision_that_is_not_there(said: dict[str, Ended]) -> None:
     assert said["no revision"].code == 4
     assert "HEAD" in said["no revision"].err
+
+
+def test_a_name_that_nothing_bears(used: Home) -> None:
+    ended = used.adaptbots([["kg", *arguments] for arguments in NOT_THERE])
+    for one, told in zip(ended, NOT_THERE.values(), strict=True):
+        assert (one.code, one.out, one.err.count("\n")) == (2, "", 1)
+        assert told in one.err
+
+
+def test_a_request_shows_its_task_and_another_name_its_action(used: Home) -> None:
+    task, action = used.adaptbots(
+        [["kg", "show", "make an omelette"], ["kg", "why", "pick_up", "--json"]]
+    )
+    assert task.out.startswith("omelette  task")
+    assert action.json()["name"] == "pick_up_obj"

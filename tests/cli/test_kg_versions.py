@@ -266,6 +266,23 @@ def test_a_fact_in_the_wrong_file_is_not_committed_and_is_taken_back_from_there(
     assert "egg: too big to carry no" in facts(fresh(), "egg")
 
 
+def test_several_faults_are_told_once_each_and_the_first_few(fresh: Fresh) -> None:
+    path = fresh().workspace.root / "kg/kitchen/attributes.ttl"
+    facts_there = path.read_text(encoding="utf-8")
+    added = "ex:egg ex:obj_location ex:drawer, ex:rack .\n"
+    path.write_text(facts_there + added, encoding="utf-8")
+    with pytest.raises(KnowledgeError) as told:
+        changing.commit_edits(fresh(), "wrong")
+    assert str(told.value).count("obj_location does not belong here") == 1
+    found = validating.validate(fresh().workspace, "kitchen")
+    assert len(found) == len({fault.message for fault in found}) == 2
+    path.write_text(facts_there.replace(":IsLiquid false", ":IsLiquid 7"), encoding="utf-8")
+    with pytest.raises(KnowledgeError, match=r"; and \d+ more: see adaptbot kg validate$") as told:
+        changing.commit_edits(fresh(), "wrong")
+    assert str(told.value).count("must be a boolean") == 3
+    path.write_text(facts_there, encoding="utf-8")
+
+
 def test_edits_that_are_no_turtle_are_told_with_their_line(taught: Home, fresh: Fresh) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled ?")
     root = str(fresh().workspace.root)

@@ -323,6 +323,23 @@ def test_a_run_goes_on_with_the_model_and_the_limits_it_began_with(home: Home) -
     assert dict(new)["max_tokens"] == 4000 and dict(new)["timeout"] == 60
 
 
+def test_what_the_interrupted_run_has_spent_counts(home: Home) -> None:
+    with serving(says(PLAN), says(TEA), says(TEA)) as at:
+        run = ("run", "make tea", "--no-human", *live(at, "--max-tokens", "900", "--replans", "0"))
+        assert home.adaptbot(*run).code == 3
+        (path,) = (home.workspace / "transcripts").iterdir()
+        parts = path.read_text(encoding="utf-8").replace("replans: 0", "replans: 3").split("---\n")
+        path.write_text("---\n".join(parts[:4]), encoding="utf-8")  # killed at the re-prompt
+        more = home.adaptbot("resume")
+        assert "The token budget is used up: 560 of 900" in more.said and len(at.asked) == 1
+        assert "openai/planner (from the interrupted run)" in more.said
+        for other in set(path.parent.iterdir()) - {path}:
+            other.unlink()
+        assert home.adaptbot("resume", "--max-tokens", "9000").code == 0 and len(at.asked) == 2
+        header = documents(max(path.parent.iterdir()))[0]
+    assert header["max_tokens"] == 9000
+
+
 def test_an_address_with_a_password_is_not_in_the_transcript(home: Home) -> None:
     with serving(says(TEA)) as at:
         address = at.url.replace("://", "://me:planted-password@")

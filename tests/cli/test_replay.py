@@ -1,8 +1,11 @@
 """`adaptbot replay`, from the outside."""
 
+import os
+import shutil
+
 import pytest
 
-from tests.cli.command import TRANSCRIPTS, Ended, Home
+from tests.cli.command import ROOT, TRANSCRIPTS, Ended, Home
 
 ABSENT = (TRANSCRIPTS / "item-absent.yaml").read_text(encoding="utf-8")
 HEADER = "adaptbot: 1\ntask: make omelette\ndomain: kitchen\ngraph: bundled\n"
@@ -28,6 +31,10 @@ FILES = {
     "no policy": HEADER + "policy: fancy\n" + PLAN,
     "an object": HEADER + "---\n!!python/object/apply:os.system ['true']\n",
     "other domain": HEADER.replace("kitchen", "../../etc") + PLAN,
+    "a folder beside the workspace's": HEADER.replace("kitchen", "../beside").replace(
+        "bundled", "HEAD"
+    )
+    + PLAN,
     "no such revision": HEADER.replace("bundled", "0123456789") + PLAN,
 }
 DIFFERENT = {
@@ -50,7 +57,8 @@ UNREADABLE = {
     "one name for a list": "`requires:`",
     "no policy": "`policy:`",
     "an object": "is no transcript",
-    "other domain": "no bundled domain",
+    "other domain": 'no domain "../../etc"',
+    "a folder beside the workspace's": 'no domain "../beside"',
 }
 
 
@@ -89,6 +97,16 @@ def test_what_is_no_transcript_is_refused(ended: dict[str, Ended], name: str) ->
 def test_a_file_that_cannot_be_read(ended: dict[str, Ended], name: str) -> None:
     assert ended[name].code == 2
     assert ended[name].err.startswith("error: ")
+
+
+def test_a_domain_that_is_a_path_is_never_read(home: Home) -> None:
+    bundled = ROOT / "kg"
+    pack = home.folder / "pack"
+    shutil.copytree(bundled / "kitchen", pack)
+    path = os.path.relpath(pack, bundled)
+    told = home.adaptbot("replay", home.write("odd.yaml", ABSENT.replace("kitchen", path, 1)))
+    assert (told.code, told.out) == (2, "")
+    assert f'no domain "{path}"; there is household, kitchen' in told.said
 
 
 def test_a_revision_of_no_workspace(ended: dict[str, Ended]) -> None:

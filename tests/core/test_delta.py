@@ -1,5 +1,10 @@
 """A line of changes: whatever is taken, gone back on and read, the store holds what it should."""
 
+import sys
+from types import FrameType
+from typing import Any
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
@@ -90,3 +95,67 @@ def test_states_never_share_a_number_even_after_what_was_kept() -> None:
         line.keep()
         assert line.state not in seen
         seen.add(line.state)
+
+
+class Engine:
+    """A store as the real one is: what it holds is added once, what it lacks is removed in vain."""
+
+    def __init__(self) -> None:
+        self.triples: set[Triple] = set()
+
+    def write(self, delta: Delta) -> None:
+        for each in sorted(delta.removed):
+            self.triples.discard(each)
+        for each in sorted(delta.added):
+            self.triples.add(each)
+
+
+def interrupted(line: Line, at: int) -> bool:
+    """Settle, with Ctrl-C before the line of code `at` is run; whether it came to that."""
+    left = at
+
+    def trace(frame: FrameType, event: str, told: Any) -> Any:
+        nonlocal left
+        if frame.f_code.co_filename == __file__ or frame.f_code.co_name == "settle":
+            if event == "line":
+                left -= 1
+                if left == 0:
+                    raise KeyboardInterrupt
+            return trace
+        return None
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        line.settle()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+@pytest.mark.parametrize("then", ["on", "back", "other"])
+def test_ctrl_c_between_any_two_steps_of_writing_loses_nothing(then: str) -> None:
+    first = Delta(added=frozenset({triple(1), triple(2)}))
+    taken = Delta(frozenset({triple(2)}), frozenset({triple(3), triple(4)}))
+    later = Delta(frozenset({triple(1)}), frozenset({triple(2)}))
+    at, stopped = 0, True
+    while stopped:
+        at += 1
+        store = Engine()
+        line = Line(store.write)
+        line.take(first)
+        line.take(taken)
+        line.settle()
+        line.back_to(1)
+        line.take(Delta(frozenset({triple(1)})))
+        stopped = interrupted(line, at)
+        line.back_to({"on": 2, "back": 0, "other": 1}[then])
+        if then == "other":
+            line.take(taken)
+            line.take(later)
+        line.settle()
+        expected = {"on": {2}, "back": set(), "other": {2, 3, 4}}[then]
+        assert store.triples == {triple(n) for n in expected}, at
+    assert at > 20

@@ -9,10 +9,13 @@ from adaptbot_cli.core import asking, learning, teach
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.plan import Call, Parsed, Written
 from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, FALSE, TRUE
+from tests.hostile_names import NAMES
 from tests.worlds import W, facts, parsed, replaced, scene, workshop
 
 PART, TOOL = URIRef(W + "part"), URIRef(W + "tool")
@@ -360,3 +363,14 @@ def test_an_iri_that_is_taken_is_not_used_again(name: str) -> None:
     # By a thing, a class, a property, an action, the robot.
     kg = workshop()
     assert learning.entity_iri(kg, name) == URIRef(f"{W}{name.lower()}_2")
+
+
+@pytest.mark.parametrize("way", list(NAMES))
+def test_every_unknown_action_that_is_asked_about_is_in_the_plan(way: str) -> None:
+    name = NAMES[way]
+    calls = (Call("take_part", ("board",)), Call(name, ("board",)), Call(name, ("board", "saw")))
+    plan = Parsed(tuple(Written(each, each.render(), n, 1) for n, each in enumerate(calls, 1)))
+    report = examine(plan, "", scene())
+    for finding in (each for each in report.findings if each.code == "E101"):
+        found = asking.unknown_action(normal(finding.subject), report)
+        assert normal(found.call.action) == found.name == normal(name)

@@ -116,10 +116,10 @@ def _readable(files: Mapping[str, bytes], name: str) -> Graph:
 
 
 def misplaced(graphs: Mapping[str, Iterable[Triple]], domain: Domain) -> Iterator[str]:
-    """Give a sentence for each fact that stands in the file of the other graph."""
+    """Give a sentence for each property of a thing that stands in the file of the other graph."""
     other = {"attribute": "attributes.ttl", "state": "state.ttl"}
     for file in FACT_FILES:
-        for subject, predicate, _ in sorted(graphs[file]):
+        for subject, predicate in sorted({(s, p) for s, p, _ in graphs[file]}):
             prop = domain.properties.get(predicate)  # type: ignore[call-overload]
             home = "attributes.ttl" if prop is None else other.get(prop.graph, file)
             if home != file and (prop is not None or predicate == RDF.type):

@@ -117,4 +117,4 @@ def why(
         {"sign": turn.sign, "value": home.words.value(turn.triple[2]), **turn.origin.as_json()}
         for turn in told.history
     ]
-    print_json({"name": name, "facts": facts, "history": past})
+    print_json({"name": told.name, "facts": facts, "history": past})

@@ -97,7 +97,7 @@ def _called(graph: "Kg", name: str) -> "Shown":
     if action is not None:
         told = describing.action(graph, action)
         return told, lambda: pack.action(told)
-    task = describing.task_called(graph.domain, name)
+    task = describing.task_called(graph, name)
     if task is not None:
         wanted = describing.task(task, graph.domain)
         missing = [item for item in wanted["needs"] if not graph.find(item)]
@@ -120,7 +120,7 @@ def _unknown(graph: "Kg", name: str) -> Exception:
             f"{name} is not possible here, as a person has said; `adaptbot kg why` tells who, "
             "`adaptbot kg retract` takes it back"
         )
-    near = view.near(graph, name)
+    near = view.near(graph, name, whatever=True)
     hint = f"; near it: {', '.join(near)}" if near else ""
     return UsageError(f"no thing, class, action or task is called {name}{hint}")
 
