@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 from adaptbot_cli.core.questions import (
+    AS_BEFORE,
     EDIT,
     LATER,
     STOP,
@@ -151,6 +152,9 @@ class Journal:
         stops = False
         if left:
             self.quiet = False
+            if any(question.key in self.reopened for question in left):
+                known = tuple(self._shown(q) for q in questions if q.key in self.answers)
+                left = (replace(left[0], offered=known), *left[1:])
             told = yield Offer(left)
             stops = any(answer.last for answer in told or ())
             for question, answer in zip(left, told or (), strict=False):
@@ -169,13 +173,28 @@ class Journal:
         return answer
 
     def _prepared(self, question: Question) -> Question:
-        """A question with what was said before as the likely answer, and without what is known."""
+        """A question with what was said before as the likely answer.
+
+        What is known stands on its form only where the person has gone back to it.
+        """
         before = self.reopened.get(question.key)
         if before is not None and before.value != LATER.value and fits(question, before):
-            suggestion = Suggestion(before.value, "as you said before")
+            suggestion = Suggestion(before.value, AS_BEFORE)
             question = replace(question, suggested=suggestion)
+        if before is not None:
+            together, offered = (
+                tuple(map(self._shown, each)) for each in (question.together, question.offered)
+            )
+            return replace(question, together=together, offered=offered)
         together = self._unanswered(question.together)
         return replace(question, together=together, offered=self._unanswered(question.offered))
+
+    def _shown(self, question: Question) -> Question:
+        """A question as it stands on a form that is shown again."""
+        known = self.answers.get(question.key)
+        if known is None:
+            return self._prepared(question)
+        return replace(question, given=known.value, suggested=None)
 
     def _unanswered(self, questions: Iterable[Question]) -> tuple[Question, ...]:
         return tuple(self._prepared(q) for q in questions if q.key not in self.answers)

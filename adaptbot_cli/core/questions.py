@@ -54,7 +54,8 @@ class Question:
     What follows does not make it another question. `suggested` is the likely answer; `follows`
     says when the answer follows from another; `together` are the questions about the same thing
     that come next and `offered` those that nothing needs, so that one screen can hold them all;
-    `answered` is what was answered before in this run, to go back to.
+    `answered` is what was answered before in this run, to go back to; `given` how this one is
+    answered, where it only stands on a form for another that the person has gone back to.
     """
 
     kind: QuestionKind
@@ -70,6 +71,7 @@ class Question:
     label: str = ""
     number: str = ""
     suggested: Suggestion | None = field(default=None, compare=False)
+    given: str = field(default="", compare=False)
     follows: tuple[Follows, ...] = field(default=(), compare=False)
     together: tuple["Question", ...] = field(default=(), compare=False)
     offered: tuple["Question", ...] = field(default=(), compare=False)
@@ -127,6 +129,9 @@ STOP = Answer("stop")
 EXISTS, ABSENT, YES, NO, UNKNOWN = "exists", "absent", "yes", "no", "unknown"
 FIXED = "fixed"
 """The answer that an action is a known one with an argument that is always the same."""
+
+AS_BEFORE = "as you said before"
+"""Why an answer is likely that the person has gone back from."""
 
 EDIT = "edit"
 """The answer that the plan is to be changed instead."""

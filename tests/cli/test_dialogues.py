@@ -327,6 +327,61 @@ def test_the_review_goes_back_and_asks_at_ctrl_c_as_a_question_does(home: Home) 
     assert any(fact.startswith("+ shallot obj_location") for fact in learned(home))
 
 
+UP, DOWN = "\x1b[A", "\x1b[B"
+FILLED = f"fri{ENTER}nyn{ENTER}"
+"""The fridge; no liquid, to be sliced, not to be boiled; the rest as it is likely."""
+
+
+def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", FILLED))
+        opened.answers(("Keep this", f"{DOWN * 4}c"))  # its being boiled
+        opened.waits("What do you know of shallot")
+        opened.process.expect_exact("y: yes, n: no")
+        shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", opened.process.before)
+        assert re.search(r"place +fridge", shown) and re.search(r"» boilable +no", shown)
+        assert re.search(r"liquid +no", shown) and re.search(r"sliceable +yes", shown)
+        opened.process.send(f"y{UP * 4}cup{ENTER}{ENTER}")
+        opened.answers(("Keep this", ENTER))
+        assert opened.ends() == 0
+    facts = learned(home)
+    assert "+ shallot IsLiquid false" in facts and "+ shallot IsSliceable true" in facts
+    assert "+ shallot Boilable true" in facts and "+ shallot obj_location fridge" not in facts
+    assert any(fact.startswith("+ shallot obj_location") for fact in facts)
+    path = next((home.workspace / "transcripts").glob("*.yaml"))
+    assert "✓" in home.adaptbot("replay", str(path)).out
+
+
+def test_ctrl_c_in_a_form_that_is_shown_again_keeps_all_of_it(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", FILLED))
+        opened.answers(("Keep this", f"{DOWN * 3}c"))  # its being sliced
+        opened.answers(("What do you know of shallot", f"n{CTRL_C}"))
+        opened.answers(("Keep what you have told so far", "y"), ("Keep this", ENTER))
+        opened.ends()
+    facts = learned(home)
+    assert "+ shallot obj_location fridge" in facts and "+ shallot IsLiquid false" in facts
+    assert "+ shallot IsSliceable false" in facts
+
+
+def test_a_run_cut_off_in_a_correction_goes_on_with_the_whole_form(home: Home) -> None:
+    with terminal(home, *SALAD) as opened:
+        opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
+        opened.answers(("What do you know of shallot", FILLED))
+        opened.answers(("Keep this", f"{DOWN * 4}c"), ("What do you know of shallot", CTRL_C))
+        opened.answers(("Keep what you have told so far", "n"))
+        assert opened.ends() == 130
+    with terminal(home, command="resume") as opened:
+        opened.answers(("What do you know of shallot", f"{DOWN * 3}y{ENTER}"))
+        opened.answers(("Keep this", ENTER))
+        assert opened.ends() == 0
+    facts = learned(home)
+    assert "+ shallot obj_location fridge" in facts and "+ shallot IsSliceable true" in facts
+    assert "+ shallot IsLiquid false" in facts and "+ shallot Boilable true" in facts
+
+
 @pytest.mark.parametrize("way", ["ctrl-c", "kill", "cut"])
 def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -> None:
     with terminal(home, *SALAD) as opened:

@@ -248,6 +248,19 @@ def test_after_a_correction_nobody_is_told_again_what_went_before() -> None:
     assert not any(isinstance(turn, Propose) for turn in again)
 
 
+def test_a_line_that_is_gone_back_to_comes_with_the_others_as_they_were_answered() -> None:
+    key = ("place", "slab", "in", "item")
+    person = Person(STRAIGHT, review_back=[key])
+    drive(person)
+    start = next(n for n, turn in enumerate(person.seen) if isinstance(turn, Review))
+    again = person.seen[start + 1]
+    assert isinstance(again, Ask) and again.question.key == key
+    assert again.question.suggested is not None and again.question.given == ""
+    assert again.question.suggested.value == "bench"
+    assert [(q.prop, q.given) for q in again.question.together] == [("drillable", "yes")]
+    assert person.live.count(("attribute", "slab", "drillable", "item")) == 1
+
+
 def test_everything_is_asked_where_it_is_wanted() -> None:
     plan = "take(slab)\nput(slab)"
     told = {**STRAIGHT, "kind slab": "part"}

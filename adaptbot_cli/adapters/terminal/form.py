@@ -1,6 +1,6 @@
 """All that is to be known of one thing on one screen, the likely answers filled in."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -10,7 +10,17 @@ from prompt_toolkit.keys import Keys
 
 from adaptbot_cli.adapters.terminal.canvas import Canvas, Line, heading
 from adaptbot_cli.adapters.terminal.words import plain, title
-from adaptbot_cli.core.questions import IN_FORMS, NO, UNKNOWN, YES, Key, Question, Suggestion
+from adaptbot_cli.core.questions import (
+    AS_BEFORE,
+    IN_FORMS,
+    LATER,
+    NO,
+    UNKNOWN,
+    YES,
+    Key,
+    Question,
+    Suggestion,
+)
 
 _ANSWERS = {"y": YES, "n": NO, "d": UNKNOWN}
 _SHOWN = {UNKNOWN: "don't know"}
@@ -27,6 +37,16 @@ class Row:
     value: str = ""
     reason: str = ""
     told: bool = False
+
+    @property
+    def given(self) -> str:
+        """What the line was answered before the person went back to another one, "" if nothing."""
+        return "" if self.question.given == LATER.value else self.question.given
+
+    @property
+    def kept(self) -> bool:
+        """Whether the line stands as it was answered before."""
+        return bool(self.question.given) and self.value == self.given
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,14 +69,19 @@ class Form:
     note: str = field(default="", init=False)
 
     @classmethod
-    def of(cls, needed: Sequence[Question], offered: Sequence[Question]) -> "Form":
-        """Return a form with the likely answers filled in."""
+    def of(
+        cls, needed: Sequence[Question], offered: Sequence[Question], cursor: Key | None = None
+    ) -> "Form":
+        """Return a form with the likely answers filled in, at the line of the key `cursor`."""
         rows = [Row(q, n < len(needed)) for n, q in enumerate((*needed, *offered))]
         for row in rows:
             suggested = row.question.suggested or Suggestion("", "")
-            row.value, row.reason = suggested.value, suggested.reason
+            row.value = row.given or suggested.value
+            row.reason = AS_BEFORE if row.given else suggested.reason
+            row.told = suggested.reason == AS_BEFORE
         form = cls(rows)
-        form.at = next(iter(form.lacking()), 0)
+        at = [n for n, row in enumerate(rows) if row.question.key == cursor]
+        form.at = next(iter(at or form.lacking()), 0)
         return form
 
     def lacking(self) -> list[int]:
@@ -77,16 +102,27 @@ class Form:
         self.note = ""
 
     def answers(self, with_rest: bool) -> dict[Key, str]:
-        """Return the values by question; of what is not needed only where one is given."""
+        """Return the values by question; of what is not needed only where one is given.
+
+        What stands as it was answered before is not among them.
+        """
         return {
             row.question.key: self.follows(row) or row.value
             for row in self.rows
-            if (row.needed or with_rest) and (self.follows(row) or row.value)
+            if (row.needed or with_rest or (row.given and row.told))
+            and (self.follows(row) or row.value)
+            and not row.kept
         }
 
     def told(self) -> dict[Key, str]:
         """Return what the person has told so far, by question: likely answers are not told."""
-        return {row.question.key: row.value for row in self.rows if row.told and row.value}
+        rows = (row for row in self.rows if row.told and row.value and not row.kept)
+        return {row.question.key: row.value for row in rows}
+
+    def corrected(self, told: Iterable[Key]) -> list[Key]:
+        """Return which of some questions have another answer already."""
+        there = {row.question.key for row in self.rows if row.question.given}
+        return [key for key in told if key in there]
 
     def ask(self, canvas: Canvas) -> "bool | Edit | str":
         """Return whether the rest is taken too, a row to edit, or that the person goes back."""
@@ -160,7 +196,9 @@ class Form:
 
         @keys.add("backspace")
         def clear(event: KeyPressEvent) -> None:
-            self.rows[self.at].value = self.rows[self.at].reason = ""
+            row = self.rows[self.at]
+            row.value, row.reason = UNKNOWN if row.given else "", ""
+            row.told = row.told or bool(row.given)
 
         @keys.add(Keys.Any)
         def write(event: KeyPressEvent) -> None:

@@ -79,8 +79,10 @@ class TerminalHuman:
     keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
     A form answers several questions at once: `told` are the answers to those still to come, also
     of a form that was left by Ctrl-C; `stopping` when they are all that is still to be had.
-    `left_out` is what the last review left out, where a correction leads back to it. With
-    `edits` a plan is offered for editing before it is executed, whatever is open.
+    `first` tells of each line of a form the question that the form was shown for: going back to the
+    line leads there, with the `cursor` at it; `corrected` are other lines that were changed then.
+    `left_out` is what the last review left out, where a correction leads back to it. With `edits` a
+    plan is offered for editing before it is executed, whatever is open.
     """
 
     console: Console
@@ -91,9 +93,14 @@ class TerminalHuman:
     edits: bool = False
     stopping: bool = field(default=False, init=False)
     left_out: set[Key] = field(default_factory=set, init=False)
+    first: dict[Key, Key] = field(default_factory=dict, init=False)
+    cursor: Key | None = field(default=None, init=False)
+    corrected: list[Key] = field(default_factory=list, init=False)
 
     def ask(self, question: Question) -> Answer:
         """Ask one question; `LATER` itself is returned for "ask me later"."""
+        if self.corrected:
+            return back(self.corrected.pop())
         if self.stopping:
             return self._left(question)
         if question.key in self.told:
@@ -103,19 +110,26 @@ class TerminalHuman:
         except KeyboardInterrupt:
             self._stop(question)
             return self.ask(question)
+        if self.corrected:
+            return back(self.corrected.pop())
+        self.told.pop(question.key, None)
         return self._answer(question, said)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Let the person tell what nothing needs, unless a form has asked for it already."""
         about = questions[0].about
+        if self.corrected:
+            return (back(self.corrected.pop()),)
         if about not in self.filled and not self.stopping:
             try:
-                said = self._fill((), questions)
+                said = self._fill((), (*questions, *questions[0].offered))
             except KeyboardInterrupt:
                 self._stop(questions[0])
                 said = True
             if said is None:
                 return (self._back(questions[0]),)
+            if self.corrected:
+                return (back(self.corrected.pop()),)
         self.filled.discard(about)
         told = [(question, self.told.pop(question.key, "")) for question in questions]
         answers = [
@@ -147,7 +161,7 @@ class TerminalHuman:
             out = len(said.left_out)
             told = "a correction" if said.back else f"all but {out}"
             self._tell(TITLE, told)
-            return said
+            return replace(said, back=said.back and self._target(said.back))
         for lesson in lessons if said else ():
             self.console.print(Text.assemble(("✓ ", "green"), shown(lesson.sentence)))
         self._tell(TITLE, "yes" if said else "no")
@@ -177,10 +191,17 @@ class TerminalHuman:
     def _back(self, question: Question) -> Answer:
         """Go to the question before this one."""
         before = question.answered[-1][0]
+        self._tell(question.text, f"back to: {before.text}")
+        first = self._target(before.key)
+        there = any(asked.key == first for asked, _ in question.answered)
+        return back(first if there else before.key)
+
+    def _target(self, key: Key) -> Key:
+        """The question to go back to so that the whole form comes again, if it is a line of one."""
         self.told.clear()
         self.filled.clear()
-        self._tell(question.text, f"back to: {before.text}")
-        return back(before.key)
+        self.cursor = key
+        return self.first.get(key, key)
 
     def _stop(self, question: Question) -> None:
         """After Ctrl-C: keep what was told, and ask no more. Ctrl-C again gives up."""
@@ -225,7 +246,7 @@ class TerminalHuman:
             said = self._fill((question, *question.together), question.offered)
             if said is None:
                 return _BACK
-            return _choice_of(question, self.told.pop(question.key))
+            return _choice_of(question, self.told[question.key])
         self._above(question)
         if question.kind == "value" or not question.choices:
             return self._line(question)
@@ -254,7 +275,9 @@ class TerminalHuman:
         from adaptbot_cli.adapters.terminal.canvas import Canvas
         from adaptbot_cli.adapters.terminal.form import BACK, Edit, Form
 
-        form = Form.of(needed, offered)
+        form = Form.of(needed, offered, self.cursor)
+        self.cursor = None
+        self._remember(form)
         while True:
             try:
                 said = form.ask(Canvas(self.console))
@@ -262,14 +285,24 @@ class TerminalHuman:
                     self._edit(form, said.row, said.typed)
                     continue
             except KeyboardInterrupt:
-                self.told.update(form.told())
+                self._take(form, form.told())
                 raise
             if said == BACK:
                 return None
-            self.told.update(form.answers(bool(said)))
+            self._take(form, form.answers(bool(said)))
             if offered:
                 self.filled.add(form.rows[0].question.about)
             return True
+
+    def _remember(self, form: "Form") -> None:
+        """Remember where each line of a form is asked; a thing has one form at a time."""
+        keys = [row.question.key for row in form.rows]
+        self.first = {key: to for key, to in self.first.items() if key[1] != keys[0][1]}
+        self.first.update(dict.fromkeys(keys, keys[0]))
+
+    def _take(self, form: "Form", told: dict[Key, str]) -> None:
+        self.told.update(told)
+        self.corrected = form.corrected(told)
 
     def _edit(self, form: "Form", row: int, typed: str) -> None:
         question = form.rows[row].question

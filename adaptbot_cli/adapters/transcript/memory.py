@@ -1,7 +1,7 @@
 """What a transcript remembers of a run that was cut off, for the run that goes on with it."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.adapters.transcript.documents import (
     Document,
@@ -12,7 +12,18 @@ from adaptbot_cli.adapters.transcript.documents import (
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import LATER, STOP, YES, Answer, Key, Question, Reviewed, fits
+from adaptbot_cli.core.questions import (
+    AS_BEFORE,
+    LATER,
+    STOP,
+    YES,
+    Answer,
+    Key,
+    Question,
+    Reviewed,
+    Suggestion,
+    fits,
+)
 from adaptbot_cli.core.turns import Amend, Editor, Human, Planner, Proposal, Propose, Volunteer
 
 Prompt = tuple[int, tuple[str, ...]]
@@ -22,11 +33,13 @@ Prompt = tuple[int, tuple[str, ...]]
 class Memory:
     """The plans, the answers and the edits of a run: by prompt, by question, by text of the plan.
 
-    `plan` is the last one that was looked at: one that was `proposed` may have been refused.
+    `plan` is the last one that was looked at: one that was `proposed` may have been refused;
+    `reopened` are the answers that the person went back from.
     """
 
     proposals: dict[Prompt, Proposal] = field(default_factory=dict)
     answers: dict[Key, Answer] = field(default_factory=dict)
+    reopened: dict[Key, Answer] = field(default_factory=dict)
     offers: set[str] = field(default_factory=set)
     edits: dict[str, list[Edit]] = field(default_factory=dict)
     proposed: str = ""
@@ -74,8 +87,23 @@ class Memory:
                 self.answers[(kind, about, str(prop), "item")] = _answer(said(value), document)
 
     def _reopen(self, key: Key | None) -> None:
-        if key is not None and self.answers.pop(key, None) is not None:
+        if key is not None and key in self.answers:
+            self.reopened[key] = self.answers.pop(key)
             self.offers.discard(key[1])
+
+    def likely(self, question: Question) -> Question:
+        """Return a question with what was said before as the likely answer: from now on the person
+        is the one to give it, as for all lines of a form that is shown."""
+        if question.offered:
+            self.offers.discard(question.about)
+        together, offered = (
+            tuple(map(self.likely, each)) for each in (question.together, question.offered)
+        )
+        question = replace(question, together=together, offered=offered)
+        before = self.answers.pop(question.key, None) or self.reopened.pop(question.key, None)
+        if question.given or before is None or not fits(question, before):
+            return question
+        return replace(question, suggested=Suggestion(before.value, AS_BEFORE))
 
 
 def _answer(value: str, document: Document) -> Answer:
@@ -117,7 +145,7 @@ class RememberingHuman:
         known = self.memory.answers.pop(question.key, None)
         if known is not None and fits(question, known):
             return known
-        answer = self.human.ask(question)
+        answer = self.human.ask(self.memory.likely(question))
         self._forget(answer.to)
         return answer
 
@@ -129,7 +157,7 @@ class RememberingHuman:
             return tuple(known)
         if not isinstance(self.human, Volunteer):
             return (LATER,) * len(questions)
-        told = self.human.offer(questions)
+        told = self.human.offer(tuple(map(self.memory.likely, questions)))
         for answer in told:
             self._forget(answer.to)
         return told
