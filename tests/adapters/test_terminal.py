@@ -142,6 +142,14 @@ QUESTIONS = {
         yes_no(),
         answered=((Question("kind", "plank", "What is plank?"), Answer("part")),),
     ),
+    "new place": Question(
+        "kind",
+        "crate",
+        "What is crate?",
+        choices=(Choice("part", "part"), Choice("tool", "tool")),
+        context="Where is plank kept?",
+        answered=((Question("place", "plank", "Where is plank kept?"), Answer("new crate")),),
+    ),
     "form": FORM,
     "hostile": existence(HOSTILE, f"Is there {HOSTILE}?", (HOSTILE, "spanner")),
 }
@@ -301,6 +309,13 @@ def test_an_attribute_is_answered_by_one_key(tmp_path: Path, key: str, value: st
     terminal = Terminal(tmp_path, "attribute").sees("Can one drill plank?", "I don't know")
 
     assert terminal.types(key).ends() == by_ann(value)
+
+
+def test_a_question_that_an_answer_raised_is_no_step(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, "new place").sees("Where is plank kept?", "What is crate?")
+    terminal.sees("1)").types("1")
+    terminal.ends()
+    assert "step:" not in terminal.raw
 
 
 def test_a_kind_is_answered_by_its_number(tmp_path: Path) -> None:

@@ -225,9 +225,11 @@ class TerminalHuman:
         return replace(answer, last=not self.told)
 
     def _above(self, question: Question) -> None:
-        """What the person needs to know for the answer: the step, and the names like this one."""
+        """What the person needs to know: the step, or the question whose answer named a new place,
+        and the names like this one."""
         if question.context:
-            lead = "" if question.kind == "contradiction" else "step: "
+            raised = any(each.text == question.context for each, _ in question.answered)
+            lead = "" if raised or question.kind == "contradiction" else "step: "
             self.console.print(shown(f"{lead}{question.context}", "dim"))
         for note in question.notes:
             self.console.print(shown(note))
