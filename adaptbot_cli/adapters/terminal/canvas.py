@@ -74,7 +74,7 @@ def heading(text: str, hint: str, width: int) -> list[Line]:
     parts = wrap(f"{text}", max(width - 3, 20)) or [""]
     lines: list[list[tuple[str, str]]] = [[("", "  "), ("question", part)] for part in parts]
     lines[0][0] = ("qmark", "? ")
-    if len(parts[-1]) + len(hint) + 5 > width:
+    if len(parts[-1]) + len(hint) + 7 > width:  # two spaces before each, parentheses, one to spare
         lines.append([("", "  ")])
     else:
         lines[-1].append(("", "  "))
