@@ -12,6 +12,8 @@ import pytest
 from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli.adapters.terminal import AbsentHuman
+from adaptbot_cli.adapters.terminal.canvas import heading
+from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.questions import (
@@ -309,6 +311,21 @@ def test_an_attribute_is_answered_by_one_key(tmp_path: Path, key: str, value: st
     terminal = Terminal(tmp_path, "attribute").sees("Can one drill plank?", "I don't know")
 
     assert terminal.types(key).ends() == by_ann(value)
+
+
+@pytest.mark.parametrize("length", range(50, 80))
+def test_a_hint_is_never_cut(length: int) -> None:
+    for line in heading(("word " * 20)[: length - 1] + "?", "one key, b: back", 80):
+        assert sum(len(text) for _, text in line) < 80
+
+
+def test_the_name_that_is_typed_goes_before_those_that_hold_it() -> None:
+    choices = [Choice(name, name) for name in ("pantry_shelf", "frying_pan", "egg", "pan")]
+    picker = Picker("Which?", choices)
+    assert [choice.value for choice in picker.matching()] == [c.value for c in choices]
+    picker.typed = "pan"
+    found = [choice.value for choice in picker.matching()]
+    assert found == ["pan", "pantry_shelf", "frying_pan"]
 
 
 def test_a_question_that_an_answer_raised_is_no_step(tmp_path: Path) -> None:

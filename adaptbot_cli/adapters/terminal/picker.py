@@ -44,13 +44,17 @@ class Picker:
         return picked
 
     def matching(self) -> list[Choice]:
-        """Return the choices whose labels hold what is typed; a new one comes last."""
+        """Return the choices whose labels hold what is typed: first the one that is called so, then
+        those that begin so; a new one comes last."""
         wanted = self.typed.strip().lower()
         if self.numbered and wanted.isdigit():
             found = [choice for choice in self.choices if choice.value.startswith(wanted)]
             return sorted(found, key=lambda choice: choice.value != wanted)
         wanted = wanted.replace("_", " ")
-        found = [choice for choice in self.choices if wanted in title(choice.label).lower()]
+        labels = [(title(choice.label).lower(), choice) for choice in self.choices]
+        held = [(label, choice) for label, choice in labels if wanted in label]
+        held.sort(key=lambda each: (each[0] != wanted, not each[0].startswith(wanted)))
+        found = [choice for _, choice in held]
         name = normal(self.typed)
         known = {normal(choice.label) for choice in self.choices}
         alike = [] if found else self._alike(wanted)
