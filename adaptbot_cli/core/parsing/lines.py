@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from adaptbot_cli.core.parsing.control import Blocks, read_frame, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
+from adaptbot_cli.core.parsing.known import Known, indent_of
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
@@ -33,7 +34,9 @@ _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
 
 _SILENT = re.compile(
-    r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*|<[/?]?\w[^<>]*>"
+    r"(?:[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*"
+    r"|<[/?]?\w[^<>]*>|assert\s+\w+|self\.\w+\s*=\s*\w+"
+    r"|(?:from\s+[\w.]+\s+)?import\s+[\w.*, ]+)(?:\s+#.*)?"
 )
 _SENTENCE = re.compile(
     r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
@@ -92,10 +95,13 @@ class _Reader:
         self._asides: list[Item] = []
         self._functions: set[str] = set()
         self._starts = 0
+        self._known = Known(text)
 
     def read(self) -> None:
         try:
             self._read_lines()
+            for start, line in self._known.unused.values():
+                self._fault(start, line, "nothing makes use of it")
         except _ExhaustedError:
             message = "The text is not read on from here: it holds far too much for a plan."
             self._add(Item(self._at, "", code="P102", message=message))
@@ -172,12 +178,16 @@ class _Reader:
         """Read the calls of a line and the condition they are under; returns a line's end."""
         prefix = _PREFIX.match(self._text, start, end)
         content = prefix.end() if prefix else start
-        indent = self._indent(start)
+        indent = indent_of(self._text, start)
         condition = self._blocks.condition(indent) or self._fence_condition
         frame = read_frame(self._text, content, end)
         if frame is not None:
             self._functions.add(frame[0])
             return self._scan(frame[1], end, condition)
+        if not condition:
+            known = self._read_known(start, content, end)
+            if known:
+                return known
         header = read_header(self._text, content, end, self._fenced)
         if header is None:
             return self._read_calls(start, content, end, condition)
@@ -186,6 +196,17 @@ class _Reader:
             return end
         after = self._scan(header.body, header.until, header.condition)
         return self._scan(after, end, condition) if after < end else after
+
+    def _read_known(self, start: int, content: int, end: int) -> int:
+        """Read a constant, or a loop over constants; returns a line's end, 0 if there is none."""
+        bound = self._known.bind(content, end, self._fenced)
+        if bound:
+            return self._line_end(bound)
+        items, after = self._known.loop(start, content, end)
+        self._effort.spend((after - start) // _JSON_UNIT + len(items))
+        for item in items:
+            self._add(item)
+        return after if items else 0
 
     def _read_calls(self, start: int, content: int, end: int, condition: str) -> int:
         before, starts = len(self.found.items), self._starts
@@ -253,14 +274,14 @@ class _Reader:
         if name in self._functions and not (reading.args or condition or against):
             self._starts += 1  # what it does has been read where it is defined
             return reading.end
-        if name == "print":
-            self._fault(start, source, "printing is not a step")
+        if name == "print" or self._known.makes_receiver(start, reading):
+            self._add(Item(start, source, code=LEFT_OUT))
         elif against:
             self._add(negated(start, source, against))
         elif condition:
             self._add(conditional(start, source, condition))
         else:
-            self._add(Item(start, source, keyworded(name, reading.named())))
+            self._add(Item(start, source, keyworded(name, self._known.meant(reading, source))))
         return reading.end
 
     def _take_broken(self, start: int, reading: Reading) -> int:
@@ -286,10 +307,6 @@ class _Reader:
             strength = heading_strength(self._text[start : min(end, start + _LONG)])
             gaps = self.found.gaps
             gaps[self._calls] = max(strength, gaps.get(self._calls, SEPARATED))
-
-    def _indent(self, start: int) -> int:
-        line = self._text[start : start + _LONG]
-        return len(line.expandtabs(4)) - len(line.expandtabs(4).lstrip())
 
     def _line_end(self, pos: int) -> int:
         end = self._text.find("\n", pos)

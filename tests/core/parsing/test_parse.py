@@ -183,8 +183,7 @@ def test_prose_may_hold_calls_in_backticks_quotes_or_with_an_underscore() -> Non
         ('pick_up_obj "egg"', "arguments in parentheses"),
         ("pick_up_obj[egg]", "arguments in parentheses"),
         ('```\naction "egg" "plate"\n```', "not a call"),
-        ("```\nimport time\n```", "not a call"),
-        ('```\nprint("done")\n```', "printing is not a step"),
+        ("```\ntime = 5\n```", "nothing makes use of it"),
     ],
 )
 def test_an_attempt_that_cannot_be_read_is_a_finding(text: str, why: str) -> None:
@@ -218,7 +217,10 @@ def test_an_unclosed_call_does_not_take_the_next_line_with_it() -> None:
         ('if (dirty) {\n  empty("sink");\n}', "if (dirty)"),
         ('IF dirty THEN empty("sink")', "IF dirty"),
         ('else:\n    empty("sink")', "else"),
-        ('for toy in ("a", "b"):\n    empty("sink")', 'for toy in ("a", "b")'),
+        ('for toy in toys:\n    empty("sink")', "for toy in toys"),
+        ('for toy in ("a", "b"):\n    if toy:\n        empty("sink")', "if toy"),
+        ('for toy in range(10**9):\n    empty("sink")', "for toy in range(10**9)"),
+        ('for toy in range(1000):\n    empty("sink")', "for toy in range(1000)"),
         ('For each toy:\n- empty("sink")', "For each toy"),
         ('while is_full("sink"):\n    empty("sink")', 'while is_full("sink")'),
         ('try:\n    empty("sink")', "try"),
@@ -280,6 +282,48 @@ def test_a_line_that_ends_with_a_call_behind_a_colon_is_a_call(line: str) -> Non
 )
 def test_what_looks_like_a_call_is_never_passed_over(line: str) -> None:
     assert codes(f"wait(1)\n{line}") == ["P102"]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('for toy in ["a", "b"]:\n    mix(toy)', ['mix("a")', 'mix("b")']),
+        ('toys = (\n  "a",\n)\nfor toy in ["a"]:\n    mix(toy)', ['mix("a")']),
+        (
+            '```python\ntoys = [\n    "a",\n    "b",\n]\n\nfor toy in toys:  # each\n'
+            "    robot.mix(toy, box)\n\n    wait(t=1)\nmix()\n```",
+            ['mix("a", "box")', "wait(t=1)", 'mix("b", "box")', "wait(t=1)", "mix()"],
+        ),
+        ('for i in range(1, 3):\n    mix(f"toy_{i}")', ['mix("toy_1")', 'mix("toy_2")']),
+        (
+            'for a, b in [("x", "y")]:\n    for c in ["u", "v"]:\n        mix(a, b, c)',
+            ['mix("x", "y", "u")', 'mix("x", "y", "v")'],
+        ),
+        ('for _ in range(2):\n    mix("pan")\n    wait(5)', ['mix("pan")', "wait(5)"] * 2),
+        ("def make():\n    for a in ['x']:\n        mix(a)\n    wait(1)", ['mix("x")', "wait(1)"]),
+        ('```\npot = "pan"\nmix(pot)\nmix("pot")\n```', ['mix("pan")', 'mix("pot")']),
+        ('for a in ["x"]:\n    print(a)\n    mix(a)', ['mix("x")']),
+        ("```\nrobot = Robot()\nrobot.mix(pan)\n```", ['mix("pan")']),
+        (
+            "```\nfrom robot import mix\nmix(pan)\nassert done\npass  # done\n```",
+            ['mix("pan")'],
+        ),
+    ],
+)
+def test_what_code_says_beforehand_is_read(text: str, expected: list[str]) -> None:
+    assert lines(text) == expected
+    assert not {"P102", "P103"} & {*codes(text)}
+
+
+def test_a_step_of_a_loop_stands_where_it_is_written() -> None:
+    steps = parse('wait(1)\nfor a in ["x", "y"]:\n    wait(2)\n    mix(a)').calls
+    assert [(step.line, step.source) for step in steps] == [
+        (1, "wait(1)"), (3, "wait(2)"), (4, "mix(a)"), (3, "wait(2)"), (4, "mix(a)"),
+    ]  # fmt: skip
+
+
+def test_printing_is_told_and_stops_nothing() -> None:
+    assert codes('```\nwait(1)\nprint("done")\n```') == ["P105"]
 
 
 def test_every_call_of_a_body_is_told_of_and_the_block_ends_with_its_indentation() -> None:
