@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from adaptbot_cli.core.parsing.control import Blocks, read_frame, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
 from adaptbot_cli.core.parsing.known import Known, indent_of
+from adaptbot_cli.core.parsing.loops import binds
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
@@ -19,17 +20,24 @@ from adaptbot_cli.core.parsing.scan import (
     shown,
     swallow,
 )
-from adaptbot_cli.core.parsing.shapes import alternative, call_name, is_call, trailing_condition
+from adaptbot_cli.core.parsing.shapes import (
+    MARK,
+    alternative,
+    call_name,
+    is_call,
+    trailing_condition,
+)
 from adaptbot_cli.core.plan import keyworded
 
 # A plan takes a few hundred units: one for a line, one for a parenthesis, some for a fault.
 _EFFORT = 20_000
 _FAULT = 9
 _JSON_UNIT = 16
+_BOUND = 60
 _LONG = 300
 
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
-_PREFIX = re.compile(r"[\s>|]*(?:(?:[-*+•·–—]|\(?\d{1,4}[.):]\)?|\#{1,6})\s+)*[*`]*")
+_PREFIX = re.compile(rf"[\s>|]*(?:(?:[-*+•·–—]|\#{{1,6}})\s+|{MARK}(?<=\s))*[*`]*")
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
 
@@ -199,9 +207,11 @@ class _Reader:
 
     def _read_known(self, start: int, content: int, end: int) -> int:
         """Read a constant, or a loop over constants; returns a line's end, 0 if there is none."""
-        bound = self._known.bind(content, end, self._fenced)
-        if bound:
-            return self._line_end(bound)
+        if binds(self._text, content, end):
+            self._effort.spend(_BOUND)
+            bound = self._known.bind(content, end, self._fenced)
+            if bound:
+                return self._line_end(bound)
         items, after = self._known.loop(start, content, end)
         self._effort.spend((after - start) // _JSON_UNIT + len(items))
         for item in items:

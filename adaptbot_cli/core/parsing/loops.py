@@ -44,6 +44,11 @@ class _UnknownError(Exception):
     """Something is not known beforehand; never leaves this module."""
 
 
+def binds(text: str, start: int, end: int) -> bool:
+    """Tell whether a line looks as if it bound a constant."""
+    return _BINDING.match(text, start, end) is not None
+
+
 def read_binding(text: str, start: int, end: int) -> Binding | None:
     """Read `toys = ["toy_1", "toy_2"]`; a list may go on over several lines."""
     match = _BINDING.match(text, start, end)

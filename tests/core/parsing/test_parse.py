@@ -285,6 +285,21 @@ def test_what_looks_like_a_call_is_never_passed_over(line: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "mark",
+    ["1.2. ", "1.2 ", "a. ", "b) ", "(a) ", "ii. ", "- [ ] ", "- [x] ", "[1] ", "✅ ", "1️⃣ ", "◦ ",
+     "→ ", "$ ", "第1步：", "await ", "Step 1.1: "],
+)  # fmt: skip
+def test_any_mark_of_a_list_may_lead_a_call(mark: str) -> None:
+    assert lines(f"wait(1)\n{mark}slice(apple)\nwait(2)")[1:2] == ['slice("apple")']
+    assert not parse(f"{mark}slice(apple)").findings
+
+
+@pytest.mark.parametrize("between", [" → ", " => ", " -> ", " ⇒ ", "; ", ", followed by ", " & "])
+def test_calls_in_a_chain_are_all_read(between: str) -> None:
+    assert len(parse(between.join(["PickUp(pot)", "Switch(stove, on)", "Wait(1)"])).calls) == 3
+
+
+@pytest.mark.parametrize(
     ("text", "expected"),
     [
         ('for toy in ["a", "b"]:\n    mix(toy)', ['mix("a")', 'mix("b")']),
@@ -468,6 +483,10 @@ def test_an_argument_may_have_a_name_among_others_that_have_none() -> None:
     ]
 
 
+def test_a_call_with_one_argument_of_two_named_is_told_from_the_others() -> None:
+    assert lines('mix("a", t=1)\nmix(t=1)') == ['mix("a", t=1)', "mix(t=1)"]
+
+
 def test_a_recap_with_the_named_arguments_in_another_order_is_a_recap() -> None:
     plan = "\n".join(f'put(obj="{n}", loc="a")\nwait({n})' for n in range(3))
     again = "\n".join(f'put(loc="a", obj="{n}")\nwait({n})' for n in range(3))
@@ -635,7 +654,8 @@ def test_no_text_raises(text: str) -> None:
      "a(\n", "a(#", "a_b(“)", 'a_b("x"\n', "a(b,", "a(b) ", '["a(b)",', '{"action":"x"}\n', "[1,",
      '{"a":', "* ", "****a(", "\\", "_", "```\n", "<!--", "<think>", "</think>",
      "~~a", "a~~b~~", "do not ", "not a(\"b\") or ",
-     "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800"],
+     "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800",
+     "x = [\n", "1.1", "[x] ", "→ ", 'for x in ["a"]:\n a(x)\n'],
 )  # fmt: skip
 def test_a_megabyte_takes_seconds_and_not_minutes(unit: str) -> None:
     text = unit * (1_000_000 // len(unit))
