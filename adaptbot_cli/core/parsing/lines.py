@@ -34,6 +34,7 @@ _EFFORT = 20_000
 _FAULT = 9
 _JSON_UNIT = 16
 _BOUND = 60
+_PLURAL = 3
 _LONG = 300
 
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
@@ -49,7 +50,7 @@ _SILENT = re.compile(
 _SENTENCE = re.compile(
     r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
 )
-_HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|\W*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
+_HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|[\W\d]*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
 _ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
 
 
@@ -100,7 +101,7 @@ class _Reader:
         self._blocks = Blocks()
         self._no_json_before = 0
         self._after_call = False
-        self._asides: list[Item] = []
+        self._asides: list[tuple[int, Item]] = []
         self._functions: set[str] = set()
         self._starts = 0
         self._known = Known(text)
@@ -222,7 +223,9 @@ class _Reader:
         before, starts = len(self.found.items), self._starts
         after = self._scan(content, end, condition)
         if len(self.found.items) > before or self._starts > starts:
-            self.found.items[before:before] = self._asides
+            indent = indent_of(self._text, start)
+            # What stands out further than the call below it is its heading.
+            self.found.items[before:before] = [a for deep, a in self._asides if deep >= indent]
             self._after_call, self._asides = True, []
             return after
         self._separate(start, end)
@@ -238,7 +241,8 @@ class _Reader:
     def _note_aside(self, start: int, content: int, line: str) -> None:
         """Note a line of prose right behind a call: it counts if a call comes right after it."""
         if not _HEADING.match(self._text[start:content] + line):
-            self._asides.append(Item(content, line, code=LEFT_OUT))
+            aside = Item(content, line, code=LEFT_OUT)
+            self._asides.append((indent_of(self._text, start), aside))
 
     def _end_run(self) -> None:
         """Note that what comes next does not stand right behind a call."""
@@ -254,9 +258,12 @@ class _Reader:
         """Read the calls from `pos` to `end`, or to the end of the line where the last one ends."""
         anchor = floor = pos
         against = ""
+        calls, passed = self._calls, list[Item]()
         while True:
             paren = self._text.find("(", pos, end)
             if paren < 0 or _COMMENT.search(self._text, pos, paren):
+                if self._calls > calls:
+                    self.found.items += passed
                 return end
             self._at = anchor
             self._effort.spend(1)
@@ -267,6 +274,9 @@ class _Reader:
                 pos = paren + 1
             elif not is_call(self._text, anchor, *named, reading, self._fenced):
                 pos = min(reading.end, end)
+                if any(len(arg) > _PLURAL for arg in reading.args):
+                    source = self._text[named[0] : reading.end]
+                    passed.append(Item(named[0], source, code=LEFT_OUT))
             else:
                 against = negation(self._text, anchor, named[0], against)
                 other = "" if against else alternative(self._text, anchor, named[0])

@@ -294,6 +294,20 @@ def test_any_mark_of_a_list_may_lead_a_call(mark: str) -> None:
     assert not parse(f"{mark}slice(apple)").findings
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "put（apple，bowl）",
+        "put(“apple”，“bowl”）。",
+        "3、放入：put(「apple」，「bowl」)；",
+        "\u200bput(apple\u200b, bowl)",
+    ],
+)
+def test_calls_in_the_punctuation_of_other_keyboards_are_read(text: str) -> None:
+    assert lines(text) == ['put("apple", "bowl")']
+    assert lines("1. 拿起苹果（从冰箱）\n2. 走") == []
+
+
 @pytest.mark.parametrize("between", [" → ", " => ", " -> ", " ⇒ ", "; ", ", followed by ", " & "])
 def test_calls_in_a_chain_are_all_read(between: str) -> None:
     assert len(parse(between.join(["PickUp(pot)", "Switch(stove, on)", "Wait(1)"])).calls) == 3
@@ -526,6 +540,24 @@ def test_prose_that_stands_among_the_calls_is_left_out_with_a_word_about_it() ->
 
     many = "wait(5)\nOn.\n" * 9 + "wait(5)"
     assert message(many, "P105").endswith("in line 4, 6, 8, 10, 12 and on.")
+
+
+def test_a_call_left_out_of_a_line_of_calls_is_told() -> None:
+    text = "wait(1) and, as the recipe goes, Simmer(soup, low heat) for long\nwait(2)"
+    assert lines(text) == ["wait(1)", "wait(2)"]
+    assert "Simmer(soup, low heat)" in message(text, "P105")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "wait(1)\n2. **Serve**\n   wait(2)",
+        "1. wait(1)\n2. Serve\n   a. wait(2)",
+        "- wait(1)\n- Serve\n  - wait(2)",
+    ],
+)
+def test_what_heads_deeper_items_is_no_prose_among_the_calls(text: str) -> None:
+    assert not parse(text).findings
 
 
 def test_an_error_that_is_quoted_is_no_step() -> None:
