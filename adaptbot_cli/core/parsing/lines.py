@@ -7,6 +7,7 @@ from adaptbot_cli.core.parsing.control import Blocks, read_frame, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
 from adaptbot_cli.core.parsing.known import Known, indent_of
 from adaptbot_cli.core.parsing.loops import binds
+from adaptbot_cli.core.parsing.markup import read_markup
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
@@ -136,7 +137,7 @@ class _Reader:
         if self._read_fence(start, end):
             self._end_run()
             return end + 1
-        after = self._read_json(start, end)
+        after = self._read_json(start, end) or self._read_markup(start, end)
         if after:
             self._end_run()
             return self._scan(after, self._line_end(after), "") + 1
@@ -171,6 +172,16 @@ class _Reader:
             return 0
         for item in items:
             self._add(item)
+        return after
+
+    def _read_markup(self, start: int, end: int) -> int:
+        """Read the tool call in tags that opens in the line; returns its end, or 0."""
+        found = read_markup(self._text, start, end)
+        if found is None:
+            return 0
+        item, after = found
+        self._effort.spend(2 + (after - start) // _JSON_UNIT)
+        self._add(item)
         return after
 
     def _read_string(self, string: str) -> list[Item]:

@@ -485,6 +485,34 @@ def test_the_names_of_arguments_are_kept(text: str) -> None:
     assert not parse(text).findings
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<function_calls>\n<invoke name="put">\n<parameter name="obj">egg</parameter>\n'
+        '<parameter name="loc">pan</parameter>\n</invoke>\n</function_calls>',
+        "<tool_call>\n<function=put>\n<parameter=obj>\negg\n</parameter>\n<parameter=loc>\npan\n"
+        "</parameter>\n</function>\n</tool_call>",
+        "<tool_call>put\n<arg_key>obj</arg_key>\n<arg_value>egg</arg_value>\n"
+        "<arg_key>loc</arg_key>\n<arg_value>pan</arg_value>\n</tool_call>",
+        '1. <step id="1"><action>put</action><args>obj="egg", loc="pan"</args></step>',
+        '<step action="put" obj="egg" loc="pan"/>',
+        '<call><name>robot.put</name><parameters>{"obj": "egg", "loc": "pan"}</parameters></call>',
+        "<tool_use><tool_name>put</tool_name><reason>it fries</reason>"
+        "<obj>egg</obj><loc>pan</loc></tool_use>",
+    ],
+)
+def test_reads_tool_calls_in_tags(text: str) -> None:
+    parsed = parse(f"First:\n{text}\nwait(1)")
+    assert [step.call.action for step in parsed.calls] == ["put", "wait"]
+    assert parsed.calls[0].call.named() == (("obj", "egg"), ("loc", "pan"))
+    assert not parsed.findings
+
+
+def test_a_tag_that_is_never_closed_is_a_finding() -> None:
+    assert codes('wait(1)\n<invoke name="put"><parameter name="obj">egg') == ["P102"]
+    assert lines('<action>put("egg")</action>\n<step>wait(1)</step>') == ['put("egg")', "wait(1)"]
+
+
 def test_a_map_of_one_list_in_prose_is_no_step() -> None:
     assert codes('[{"note": ["a"]}, {"steps": []}]') == ["P101"]
     assert lines('[{"pick_up": "egg"}, {"thought": "well"}, "wait(5)"]')[-1] == "wait(5)"
@@ -687,7 +715,8 @@ def test_no_text_raises(text: str) -> None:
      '{"a":', "* ", "****a(", "\\", "_", "```\n", "<!--", "<think>", "</think>",
      "~~a", "a~~b~~", "do not ", "not a(\"b\") or ",
      "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800",
-     "x = [\n", "1.1", "[x] ", "→ ", 'for x in ["a"]:\n a(x)\n'],
+     "x = [\n", "1.1", "<step>\n", "<step><a>", '<invoke name="a">', "[x] ", "→ ",
+     'for x in ["a"]:\n a(x)\n'],
 )  # fmt: skip
 def test_a_megabyte_takes_seconds_and_not_minutes(unit: str) -> None:
     text = unit * (1_000_000 // len(unit))
