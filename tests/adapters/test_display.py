@@ -236,6 +236,17 @@ def test_changes_that_would_wrap_beside_the_plan_stand_below_it() -> None:
     assert lines.index("Plan") < lines.index("State after the plan")
 
 
+def test_a_call_without_spaces_is_broken_between_its_names() -> None:
+    call = Call("put_down", ("large_measuring_cup", "kitchen_countertop"))
+    step = Step(call, 'put_down("large_measuring_cup","kitchen_countertop")', 1)
+    seen = Seen(48).show(plan_table(Report(TASK, "", (step,), ()), 48))
+
+    assert [line.split("  ")[1].strip() for line in seen.lines[1:3]] == [
+        'put_down("large_measuring_cup",',
+        '"kitchen_countertop")',
+    ]
+
+
 def test_the_last_lines_say_what_the_run_came_to() -> None:
     assert final(80).lines[-3:] == [
         "✓ executable, goal met",
