@@ -12,6 +12,7 @@ from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
     LEFT_OUT,
+    NESTED,
     UNCLOSED_QUOTE,
     Item,
     Reading,
@@ -299,15 +300,17 @@ class _Reader:
 
     def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""
-        if reading.error:
+        if reading.error and (name != "print" or reading.error == NESTED):
             return self._take_broken(start, reading)
         source = self._text[start : reading.end]
         if name in self._functions and not (reading.args or condition or against):
             self._starts += 1  # what it does has been read where it is defined
             return reading.end
         if name == "print" or self._known.makes_receiver(start, reading):
-            self._add(Item(start, source, code=LEFT_OUT))
-        elif against:
+            after = swallow(self._text, reading.end) if reading.error else reading.end
+            self._add(Item(start, self._text[start:after], code=LEFT_OUT))
+            return after
+        if against:
             self._add(negated(start, source, against))
         elif condition:
             self._add(conditional(start, source, condition))

@@ -120,9 +120,14 @@ def _prints(call: ast.Call) -> bool:
 
 def _values(node: ast.expr, names: dict[str, Value], used: set[str]) -> tuple[Value, ...]:
     """Return what a loop goes through, in order."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+        if node.func.id == "enumerate" and node.args:
+            rest = [*node.args[1:], *(k.value for k in node.keywords), ast.Constant(0)]
+            first, values = _value(rest[0], names), _values(node.args[0], names, used)
+            if isinstance(first, str):
+                return tuple((str(n), value) for n, value in enumerate(values, int(first)))
         numbers = [_value(arg, names) for arg in node.args]
-        if node.func.id != "range" or not 1 <= len(numbers) <= 3:
+        if node.func.id != "range" or node.keywords or not 1 <= len(numbers) <= 3:
             raise _UnknownError
         turns = range(*(int(number) for number in numbers if isinstance(number, str)))
         return tuple(map(str, turns[: _MOST_STEPS + 1]))

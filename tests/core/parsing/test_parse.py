@@ -328,6 +328,10 @@ def test_calls_in_a_chain_are_all_read(between: str) -> None:
             'for a, b in [("x", "y")]:\n    for c in ["u", "v"]:\n        mix(a, b, c)',
             ['mix("x", "y", "u")', 'mix("x", "y", "v")'],
         ),
+        (
+            'for n, a in enumerate(["x"], start=1):\n    print(f"{n}")\n    mix(a, n)',
+            ['mix("x", 1)'],
+        ),
         ('for _ in range(2):\n    mix("pan")\n    wait(5)', ['mix("pan")', "wait(5)"] * 2),
         ("def make():\n    for a in ['x']:\n        mix(a)\n    wait(1)", ['mix("x")', "wait(1)"]),
         ('```\npot = "pan"\nmix(pot)\nmix("pot")\n```', ['mix("pan")', 'mix("pot")']),
@@ -353,6 +357,8 @@ def test_a_step_of_a_loop_stands_where_it_is_written() -> None:
 
 def test_printing_is_told_and_stops_nothing() -> None:
     assert codes('```\nwait(1)\nprint("done")\n```') == ["P105"]
+    assert codes('```\nwait(1)\nprint(f"done {it}")\nwait(2)\n```') == ["P105"]
+    assert codes('```\nwait(1)\nprint(mix("egg"))\n```') == ["P102"]
 
 
 def test_every_call_of_a_body_is_told_of_and_the_block_ends_with_its_indentation() -> None:
