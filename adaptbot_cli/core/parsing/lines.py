@@ -7,7 +7,7 @@ from adaptbot_cli.core.parsing.control import Blocks, read_frame, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
 from adaptbot_cli.core.parsing.known import Known, indent_of
 from adaptbot_cli.core.parsing.loops import binds
-from adaptbot_cli.core.parsing.markup import read_markup
+from adaptbot_cli.core.parsing.markup import read_markup, read_react
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
@@ -176,8 +176,8 @@ class _Reader:
         return after
 
     def _read_markup(self, start: int, end: int) -> int:
-        """Read the tool call in tags that opens in the line; returns its end, or 0."""
-        found = read_markup(self._text, start, end)
+        """Read the tool call, in tags or as in ReAct, that opens here; returns its end, or 0."""
+        found = read_markup(self._text, start, end) or read_react(self._text, start, end)
         if found is None:
             return 0
         item, after = found

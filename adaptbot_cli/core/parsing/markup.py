@@ -1,4 +1,4 @@
-"""Tool calls that are written as tags: `<invoke name="wait"><parameter name="t">5</parameter>…`."""
+"""Tool calls in tags, `<invoke name="wait"><parameter name="t">5</parameter>…`, and as in ReAct."""
 
 import html
 import re
@@ -19,6 +19,11 @@ _LEAF = re.compile(
 )
 _SAID = re.compile(r"\s*([^\W\d]\w*)\s*(?=<)")
 _ATTRIBUTE = re.compile(r"(\w+)\s*=\s*[\"']([^\"'<>]*)[\"']")
+_REACT = re.compile(
+    r"[\s>*_]*action[ \t]*\d*[*_]*:[*_ \t]*`?([a-zA-Z]\w*)`?"
+    r"(?:\[([^\[\]\n]*)\]|[*_ \t]*\n[\s>*_]*action[ ]input[ \t]*\d*[*_]*:[*_ \t`]*)",
+    re.IGNORECASE,
+)
 _NAMES = ("action", "name", "tool_name", "function_name", "function", "tool")
 _LISTS = ("args", "arguments", "parameters", "params", "input")
 
@@ -46,6 +51,25 @@ def read_markup(text: str, start: int, end: int) -> tuple[Item, int] | None:
     given = [(k, v) for k, v in (*attributes.items(), *leaves) if k not in {*_NAMES, *REMARKS}]
     args = [arg for key, value in given for arg in _args(key, html.unescape(value).strip())]
     return Item(opened.start(), source[:_LONGEST], keyworded(name, kept(args))), after
+
+
+def read_react(text: str, start: int, end: int) -> tuple[Item, int] | None:
+    """Read `Action: wait` with `Action Input: …` in the next line, or `Action 1: wait[5]`.
+
+    Returns it and where it ends, None if the line begins no such call.
+    """
+    match = _REACT.match(text, start)
+    if match is None or match.start(1) > end:
+        return None
+    said, after = match[2], match.end()
+    if said is None:
+        opened = match.end()
+        node = read_literal(text, opened)[0] if text[opened : opened + 1] in ("{", "[") else None
+        after = node.end if node and node.end >= 0 else text.find("\n", opened)
+        after = len(text) if after < 0 else after
+        said = text[opened : min(after, opened + _LONGEST)]
+    call = keyworded(match[1], kept(_args("input", said.strip().strip("`"))))
+    return Item(match.start(1), " ".join(text[match.start(1) : after].split()), call), after
 
 
 def _found(said: dict[str, str]) -> list[str]:

@@ -514,6 +514,23 @@ def test_reads_tool_calls_in_tags(text: str) -> None:
     assert not parsed.findings
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        'Action: put\nAction Input: {"obj": "egg", "loc": "pan"}\nObservation: done',
+        "**Action:** `put`\n**Action Input:** egg, pan",
+        "Action 1: put[egg, pan]",
+    ],
+)
+def test_reads_the_calls_of_react(text: str) -> None:
+    parsed = parse(f"Thought: first the egg.\n{text}\nThought: then wait.\nAction 2: wait[1]")
+    assert [(s.call.action, s.call.args) for s in parsed.calls] == [
+        ("put", ("egg", "pan")),
+        ("wait", ("1",)),
+    ]
+    assert "P102" not in codes(text)
+
+
 def test_a_tag_that_is_never_closed_is_a_finding() -> None:
     assert codes('wait(1)\n<invoke name="put"><parameter name="obj">egg') == ["P102"]
     assert lines('<action>put("egg")</action>\n<step>wait(1)</step>') == ['put("egg")', "wait(1)"]
@@ -721,7 +738,8 @@ def test_no_text_raises(text: str) -> None:
      '{"a":', "* ", "****a(", "\\", "_", "```\n", "<!--", "<think>", "</think>",
      "~~a", "a~~b~~", "do not ", "not a(\"b\") or ",
      "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800",
-     "x = [\n", "1.1", "<step>\n", "<step><a>", '<invoke name="a">', "[x] ", "→ ",
+     "x = [\n", "1.1", "<step>\n", "<step><a>", "action:\n", "Action: a\nAction Input: {",
+     '<invoke name="a">', "[x] ", "→ ",
      'for x in ["a"]:\n a(x)\n'],
 )  # fmt: skip
 def test_a_megabyte_takes_seconds_and_not_minutes(unit: str) -> None:
