@@ -242,6 +242,22 @@ def test_the_robots_room_follows_it(home: Workspace) -> None:
     assert rooms == [[EX.kitchen], [EX.bedroom], [EX.washroom], [EX.living_room]]
 
 
+def test_in_a_room_the_robot_is_near_no_place(home: Workspace) -> None:
+    result = checked('move("bedroom")', "", home)
+    assert result.outcome is not None
+    assert not [o for d in result.outcome.deltas for _, p, o in d.added if p == EX.agent_near]
+
+
+def test_to_switch_off_what_was_never_on_washes_nothing(home: Workspace) -> None:
+    loaded = 'load("clothes", "washing_machine")\nload("detergent", "washing_machine")\n'
+    result = checked(loaded + 'switch("washing_machine", "off")', "wash the clothes", home)
+    assert steps(result)[-2:] == [
+        'switch("washing_machine", "off")',
+        'switch("washing_machine", "on")',
+    ]
+    assert result.goal_met
+
+
 @pytest.mark.parametrize("asked", ["water the orchid", "water the plant and the orchid"])
 def test_what_a_request_names_and_the_home_does_not_know_is_required(
     asked: str, home: Workspace

@@ -42,6 +42,12 @@ class PolicyName(StrEnum):
     paper = "paper"
 
 
+ApiBaseOption = Annotated[
+    str | None,
+    typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
+]
+
+
 def run(
     task: Annotated[list[str], typer.Argument(help='What to do, such as "make omelette".')],
     domain: DomainOption = None,
@@ -49,10 +55,7 @@ def run(
         str | None,
         typer.Option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
     ] = None,
-    api_base: Annotated[
-        str | None,
-        typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
-    ] = None,
+    api_base: ApiBaseOption = None,
     timeout: TimeoutOption = None,
     max_tokens: MaxTokensOption = None,
     max_cost: MaxCostOption = None,

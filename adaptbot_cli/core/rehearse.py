@@ -104,7 +104,7 @@ class Repair:
         """Return steps that make an aim hold, the first found of `limit` or fewer, or None."""
         for bound in self._candidates(aim) if limit > 0 else ():
             mark = self.kg.mark
-            steps = self._step(bound, limit - 1)
+            steps = self._step(bound, limit - 1, aim)
             if steps is not None and aim.holds():
                 return steps
             if steps and self.together and self.kg.last_change():
@@ -114,7 +114,7 @@ class Repair:
             self.kg.undo_to(mark)
         return None
 
-    def _step(self, bound: Bound, limit: int) -> list[Bound] | None:
+    def _step(self, bound: Bound, limit: int, aim: Aim) -> list[Bound] | None:
         """Do one action, with what it needs first, within `limit` more steps."""
         key = (bound.action.name, tuple(sorted(bound.values.items())))
         if key in self.trail or self.tries >= MOST_TRIES or self._ruled_out(bound):
@@ -126,16 +126,16 @@ class Repair:
         if before is None:
             return None
         perform(bound, self.kg)
-        return [*before, bound] if self._changes_only(bound) else None
+        return [*before, bound] if self._changes_only(bound, aim) else None
 
     def _ruled_out(self, bound: Bound) -> bool:
         found = attribute_findings(bound, self.kg)
         return any(f.code != "E301" for f in found) if self.supposing else bool(found)
 
-    def _changes_only(self, bound: Bound) -> bool:
-        """Whether the last action changed nothing but what it was done to: a missing step must not
-        pour out what else a vessel holds."""
-        about = {*bound.values.values(), self.kg.domain.agent}
+    def _changes_only(self, bound: Bound, aim: Aim) -> bool:
+        """Whether the last action changed nothing but what it was done to, and what it was done
+        for: a missing step must not pour out what else a vessel holds."""
+        about = {*bound.values.values(), *aim.values.values(), self.kg.domain.agent}
         return all(subject in about for subject, _, _ in self.kg.last_change())
 
     def prepare(self, bound: Bound, limit: int) -> list[Bound] | None:

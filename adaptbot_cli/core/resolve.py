@@ -5,6 +5,7 @@ candidate is of the right kind and unique, the name is no required item, and the
 the candidate otherwise. What is not safe becomes a suggestion.
 """
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -31,6 +32,13 @@ _NEAR = 2
 
 _PREPOSITIONS = frozenset({"on", "onto", "in", "into", "inside", "upon", "atop"})
 _ARTICLES = frozenset({"a", "an", "the", "some", "of", "from", "with"})
+_NUMBER = r"(?:\d[\d./]*[a-z]*|[½¼¾])"
+# Which words are measures is not known here: without an "of" only a number goes, not a word.
+_AMOUNTS = (
+    re.compile(rf"(?:{_NUMBER}|an?|some) (?:[a-z]+ ){{0,2}}of (.+)"),
+    re.compile(rf"(?:{_NUMBER}|an?|the|some) (.+)"),
+    re.compile(rf"(.+?) ?\({_NUMBER}[^()]*\)"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +53,16 @@ class Named:
 
 def item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     """Return the item that a name means where one of `classes` is wanted."""
-    for remedy in (_known, _spelled, _several, _place_of_phrase, _with_state, _product, _by_words):
+    for remedy in (
+        _known,
+        _spelled,
+        _amount,
+        _several,
+        _place_of_phrase,
+        _with_state,
+        _product,
+        _by_words,
+    ):
         named = remedy(name, classes, scene)
         if named is not None:
             return named
@@ -78,6 +95,26 @@ def _spelled(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
     if len(found) != 1:
         return None
     return Named(found[0], _renamed(name, found[0], scene))
+
+
+def _amount(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    """A known item behind a number, an article or an amount: "2 eggs", "a pinch of salt"."""
+    said = normal(name).replace("_", " ")
+    for amount in _AMOUNTS:
+        match = amount.fullmatch(said)
+        rest = match[1].removeprefix("the ") if match else ""
+        found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, classes)] if rest else []
+        if found:
+            proper = scene.kg.name(found[0])
+            if said.startswith("the "):
+                return Named(found[0], _renamed(name, found[0], scene))
+            if scene.kg.is_a(found[0], scene.domain.places):
+                continue  # "2 plates" are two: none of them is an amount
+            why = f"{name} is an amount of {proper}"
+            return Named(found[0], Change(name, proper, "amount", why))
+        if rest and scene.requires(rest) and not scene.kg.find(rest):
+            return Named(finding=unknown_item(rest, classes, scene))
+    return None
 
 
 def _several(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:

@@ -50,6 +50,7 @@ class Setting:
     limit: int | None = None
     select: str | None = None
     model: str | None = None
+    api_base: str | None = None
 
     def as_json(self) -> Json:
         """Return what makes a difference to the figures, for the report."""
@@ -169,7 +170,14 @@ def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Expe
     chosen = [row for row in ours if fnmatchcase(row.id, setting.select or "*")]
     if not chosen:
         raise UsageError(_nothing_left(setting, rows, ours))
-    rules = Rules(setting.policy, setting.replans, setting.human_error, setting.seed, setting.model)
+    rules = Rules(
+        setting.policy,
+        setting.replans,
+        setting.human_error,
+        setting.seed,
+        setting.model,
+        setting.api_base,
+    )
     return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
 
 

@@ -1,5 +1,6 @@
 """One trial: one task in one arm, on a graph of its own."""
 
+import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,7 +14,9 @@ from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.planner.local.prompts import for_model
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.adapters.planner.provider import Asking
 from adaptbot_cli.adapters.planner.recorded import Recorded
+from adaptbot_cli.adapters.planner.scrub import secrets
 from adaptbot_cli.adapters.simulated import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, split
 from adaptbot_cli.adapters.terminal import AbsentHuman
@@ -43,13 +46,15 @@ from adaptbot_cli.session.driving import Nowhere
 @dataclass(frozen=True, slots=True)
 class Rules:
     """How trials are run. `human_error` is the probability of a wrong answer; `model` plans live,
-    `LIBRARY` is the plan library; without one the rows' recorded answers plan."""
+    `LIBRARY` is the plan library; without one the rows' recorded answers plan. `api_base` is the
+    address of the model's server, if it is not its provider's own."""
 
     policy: Policy = "tutor"
     replans: int = 3
     human_error: float = 0.0
     seed: int = 0
     model: str | None = None
+    api_base: str | None = None
 
 
 @dataclass(frozen=True)
@@ -159,27 +164,29 @@ def perform(
 def first_answer(row: Row, world: World, rules: Rules) -> str:
     """Ask a live model for the plan that all arms start from. Raises ModelError."""
     kg = world.fresh()
-    return live(rules.model or LIBRARY, world, kg).propose(Propose(task_of(row, kg))).text
+    return live(rules, world, kg).propose(Propose(task_of(row, kg))).text
 
 
-def live(model: str, world: World, kg: Kg) -> Planner:
-    """Return the planner that a name stands for: a model, or the plan library."""
-    if model == LIBRARY:
+def live(rules: Rules, world: World, kg: Kg) -> Planner:
+    """Return the planner that the rules name: a model, or the plan library."""
+    if rules.model in (None, LIBRARY):
         return Library(world.library, kg.domain)
-    return _model(model, world, kg)
+    return _model(rules, world, kg)
 
 
 def _planner(row: Row, arm: str, rules: Rules, world: World, kg: Kg) -> Planner:
     if rules.model == LIBRARY:
-        return live(LIBRARY, world, kg)  # it says the same each time, and costs nothing
+        return live(rules, world, kg)  # it says the same each time, and costs nothing
     if rules.model is None:
         return Recorded(row.model, row.said(arm), _prompts(world, kg))
-    model = _model(rules.model, world, kg)
+    model = _model(rules, world, kg)
     return Recorded(row.model, row.said(arm), model.prompts, model)
 
 
-def _model(name: str, world: World, kg: Kg) -> Model:
-    return Model(*for_model(name, _prompts(world, kg)))
+def _model(rules: Rules, world: World, kg: Kg) -> Model:
+    name, prompts = for_model(rules.model or LIBRARY, _prompts(world, kg))
+    hidden = secrets(os.environ, rules.api_base)
+    return Model(name, prompts, Asking(api_base=rules.api_base), secrets=hidden)
 
 
 def _prompts(world: World, kg: Kg) -> Prompts:

@@ -172,6 +172,14 @@ def test_findings_that_say_the_same_are_one_with_their_steps_and_candidates() ->
     ]
 
 
+def test_a_remedy_of_several_steps_is_told_to_its_end() -> None:
+    remedy = ", ".join(f'put("board_{n}", "bench")' for n in range(5)) + " at the end"
+    unmet = Finding("E503", "the boards are not on the bench", remedy=remedy)
+    seen = Seen(80).show(plan_table(GOOD, 80, (unmet,)))
+
+    assert " ".join(seen.text.split()).endswith("at the end would mend that")
+
+
 def test_the_changes_are_folded_to_what_differs_at_the_end() -> None:
     kg = workshop()
     seen = Seen(60).show(diff_table((), DELTAS, kg, 60, ("drill",)))
@@ -219,6 +227,24 @@ def test_a_narrow_screen_stacks_them(width: int) -> None:
     lines = final(width).lines
 
     assert lines.index("Plan") < lines.index("Learned") < lines.index("State after the plan")
+
+
+def test_changes_that_would_wrap_beside_the_plan_stand_below_it() -> None:
+    many = delta(*(f"+board in a_rather_long_shelf_{n}" for n in range(4)))
+    lines = final(140, outcome=Outcome((many,)), lessons=()).lines
+
+    assert lines.index("Plan") < lines.index("State after the plan")
+
+
+def test_a_call_without_spaces_is_broken_between_its_names() -> None:
+    call = Call("put_down", ("large_measuring_cup", "kitchen_countertop"))
+    step = Step(call, 'put_down("large_measuring_cup","kitchen_countertop")', 1)
+    seen = Seen(48).show(plan_table(Report(TASK, "", (step,), ()), 48))
+
+    assert [line.split("  ")[1].strip() for line in seen.lines[1:3]] == [
+        'put_down("large_measuring_cup",',
+        '"kitchen_countertop")',
+    ]
 
 
 def test_the_last_lines_say_what_the_run_came_to() -> None:

@@ -7,6 +7,7 @@ published after-human graph. Prints all figures for both policies, with and with
 """
 
 import argparse
+import os
 import resource
 import sys
 import time
@@ -133,7 +134,8 @@ def main() -> None:
     """Print the report."""
     here = Path(__file__).parents[2]
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--published", type=Path, default=here.parent / "shared" / "published")
+    usual = os.environ.get("ADAPTBOT_PUBLISHED", here.parent / "shared" / "published")
+    parser.add_argument("--published", type=Path, default=Path(usual))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--details", action="store_true", help="what was left open in each row")
     options = parser.parse_args()

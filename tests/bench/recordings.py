@@ -6,6 +6,7 @@ published implementation recorded. Substitutions are all listed, for judging.
 """
 
 import argparse
+import os
 import sys
 import time
 from collections import Counter
@@ -151,7 +152,8 @@ def main() -> None:
     """Print the report."""
     here = Path(__file__).parents[2]
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--published", type=Path, default=here.parent / "shared" / "published")
+    usual = os.environ.get("ADAPTBOT_PUBLISHED", here.parent / "shared" / "published")
+    parser.add_argument("--published", type=Path, default=Path(usual))
     parser.add_argument("--details", action="store_true", help="list every finding")
     options = parser.parse_args()
     bench = Bench(options.published)

@@ -13,6 +13,7 @@ import pytest
 from tests.cli.command import Home
 from tests.cli.test_check import HOME, TEA
 from tests.evaluation.test_published import plant, recording
+from tests.modelserver import scripted_model
 
 ARMS = ["llm", "llm+kg", "llm+kg+human"]
 M = {
@@ -134,6 +135,19 @@ def test_live_with_the_library(used: Home) -> None:
     assert told["arms"]["llm+kg"]["model_calls"] == 0, "the library is no model"
     assert [t["required"] for t in told["trials"][3:4]] == [["egg", "milk"]]
     assert told["trials"][0]["answers"][0].startswith("pick_up")
+
+
+def test_live_with_a_server_of_ones_own(used: Home) -> None:
+    path = used.write("tasks.txt", "make tea: tea\n")
+    with scripted_model('pick_up_obj("tea")') as model:
+        ended = used.adaptbot(
+            "eval", path, "--domain", "kitchen", "--model", "openai/scripted",
+            "--api-base", model.url, "--replans", "0", "--json", OPENAI_API_KEY="none",
+        )  # fmt: skip
+    assert model.prompts and "tea" in model.prompts[0]
+    assert {t["answers"][0] for t in ended.json()["trials"]} == {'pick_up_obj("tea")'}
+    wrong = used.adaptbot("eval", path, "--model", "openai/x", "--api-base", "here")
+    assert wrong.code == 2 and "http://" in wrong.said
 
 
 def test_a_model_that_is_not_there(used: Home) -> None:

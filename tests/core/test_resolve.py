@@ -48,6 +48,23 @@ def test_case_plural_hyphen_and_space_are_normalised() -> None:
         assert (named.change.by, named.change.target) == ("normalisation", "board")
 
 
+def test_an_amount_of_a_known_thing_is_the_thing() -> None:
+    for written in ("2 boards", "a board", "a pile of boards", "3 kg of board", "board (2 m)"):
+        named = item(written)
+        assert named.entity == URIRef(W + "board"), written
+        assert named.change is not None and named.change.by == "amount"
+    the = item("the board").change
+    assert the is not None and the.by == "normalisation"
+
+
+def test_an_amount_takes_no_word_away_that_may_belong_to_the_name() -> None:
+    for written in ("2 white boards", "a lid of the box of boards x", "edge of board", "board 2"):
+        assert item(written).entity is None, written
+    assert item("2 benches").entity is None, "two places are not one"
+    asked = item("a pinch of chalk", at=scene(workshop(), "chalk")).finding
+    assert asked is not None and (asked.code, asked.subject) == ("E201", "chalk")
+
+
 def test_a_learned_alias_is_the_thing_and_says_so() -> None:
     named = item("slab", at=scene(with_alias("slab", "board")))
     assert named.entity == URIRef(W + "board")

@@ -33,6 +33,8 @@ _MARKS: Mapping[str, Mark] = {
     "finding": BAD,
 }
 _VERDICT = len("+ inserted")
+_SENTENCE = 300
+"""How many columns a part of a finding's sentence may take: a remedy may be several steps."""
 _WORDS = re.compile(r"\w+|\W")
 
 
@@ -187,12 +189,12 @@ def _where(places: Sequence[int], finding: Finding) -> str:
 
 
 def _sentence(finding: Finding) -> Text:
-    text = said(finding.message, longest=3 * 90)
+    text = said(finding.message, longest=_SENTENCE)
     options = _options(finding)
     if options:
-        text.append_text(said(f"; could be {sentence_list(options)}", "dim"))
+        text.append_text(said(f"; could be {sentence_list(options)}", "dim", _SENTENCE))
     if finding.remedy:
-        text.append_text(said(f"; {finding.remedy} would mend that", "dim"))
+        text.append_text(said(f"; {finding.remedy} would mend that", "dim", _SENTENCE))
     return text
 
 

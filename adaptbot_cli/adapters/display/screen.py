@@ -39,10 +39,10 @@ from adaptbot_cli.core.turns import (
 )
 
 WIDE = 110
-"""From how many columns on the plan and the changes stand side by side."""
+"""From how many columns on the plan and the changes stand side by side, if no value must wrap."""
 
 _BETWEEN = 4
-_MOST_FOR_CHANGES = 0.42
+_MOST_FOR_CHANGES = 0.48
 
 
 @dataclass(slots=True)
@@ -138,7 +138,7 @@ class Screen:
 
 
 def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
-    """The plan and the changes: side by side if the console is wide enough, else stacked."""
+    """The plan and the changes: side by side where both have room, else stacked."""
     width = console.width
     report, outcome = result.report, result.outcome
     also = _after(outcome)
@@ -147,11 +147,10 @@ def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
     def changes(columns: int) -> RenderableType:
         return diff_table(result.lessons, deltas, kg, columns, result.report.task.required)
 
-    if width < WIDE:
+    right_width = Measurement.get(console, console.options, changes(width)).maximum
+    if width < WIDE or right_width > width * _MOST_FOR_CHANGES:
         return Group(plan_table(report, width, also), Text(), changes(width))
-    right = changes(int(width * _MOST_FOR_CHANGES))
-    needs = Measurement.get(console, console.options, right).maximum
-    right_width = min(needs, int(width * _MOST_FOR_CHANGES))
+    right = changes(right_width)
     left_width = width - right_width - _BETWEEN
     table = Table.grid(padding=(0, _BETWEEN, 0, 0), pad_edge=False)
     table.add_column(width=left_width)

@@ -3,7 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from rich.console import OverflowMethod, RenderableType
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, OverflowMethod, RenderableType, RenderResult
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -37,10 +39,46 @@ def said(text: str, style: str = "", longest: int = LONGEST) -> Text:
     return shown
 
 
-def wrapped(text: Text) -> Text:
+@dataclass(frozen=True, slots=True)
+class Wrapped:
+    """A text that goes on in the next line behind a space, a comma or a bracket.
+
+    Rich breaks at spaces only, and a call without any would be broken in the middle of a name.
+    """
+
+    text: Text
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Yield the text in lines of the width there is."""
+        lines = self.text.divide(_breaks(self.text.plain, options.max_width))
+        for line in lines:
+            line.rstrip()
+        text = Text("\n").join(lines)
+        text.no_wrap, text.overflow = False, "fold"
+        yield text
+
+    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
+        """Measure it as Rich measures the text."""
+        return Measurement.get(console, options, self.text)
+
+
+def _breaks(plain: str, width: int) -> list[int]:
+    """Return where a text is broken into lines: behind the last mark that fits, else in a word."""
+    found, start, mark, used = [], 0, 0, 0
+    for at, char in enumerate(plain):
+        used += cell_len(char)
+        if used > width and char != " " and at > start:
+            start = mark if mark > start else at
+            found.append(start)
+            used = cell_len(plain[start : at + 1])
+        if char in " ,(":
+            mark = at + 1
+    return found
+
+
+def wrapped(text: Text) -> Wrapped:
     """Let a text go on in the next line where a table would crop it."""
-    text.no_wrap, text.overflow = False, "fold"
-    return text
+    return Wrapped(text)
 
 
 def join(parts: Iterable[Text], between: str = "  ") -> Text:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import yaml
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.names import affirmed, singulars, words
+from adaptbot_cli.core.names import affirmed, misspelt, singulars, words
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
@@ -179,9 +178,8 @@ class Library:
     def _meant(self, turn: Propose) -> str:
         """The listed task that a slip of the pen in a task's name may mean, for a sentence."""
         said = " ".join(w for w in words(turn.task.name) if w not in self.domain.fillers)
-        names = [" ".join(words(name)) for name in self.domain.task_names]
-        near = get_close_matches(said, names, 1, _A_SLIP)
-        return f' (is it "{near[0]}" that you mean?)' if near else ""
+        near = misspelt(said, [" ".join(words(n)) for n in self.domain.task_names], _A_SLIP)
+        return f' (is it "{near}" that you mean?)' if near else ""
 
     def _elsewhere(self, turn: Propose) -> str:
         """The domains that have a plan for the task, or else all others, for a sentence."""

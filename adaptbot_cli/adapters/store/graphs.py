@@ -116,16 +116,17 @@ def ask(
     try:
         found: Any = store.query(query, prefixes=dict(prefixes))
         if isinstance(found, pyoxigraph.QuerySolutions):
-            # The engine gives the columns of SELECT * by the alphabet.
-            query = in_order(query, (variable.value for variable in found.variables))
-            found = store.query(query, prefixes=dict(prefixes))
+            # The engine gives the columns of SELECT * by the alphabet; rows are made when read.
+            ordered = in_order(query, (variable.value for variable in found.variables))
+            if ordered != query:
+                found = store.query(ordered, prefixes=dict(prefixes))
         if isinstance(found, pyoxigraph.QueryTriples):
             return Answered(graph=frozenset(triple_of(triple) for triple in found))
         form = pyoxigraph.QueryResultsFormat.JSON
         told = (found.serialize(format=form) or b"").decode("utf-8")
         if isinstance(found, pyoxigraph.QueryBoolean):
             return Answered(truth=bool(found), json=told)
-        again: Any = store.query(query, prefixes=dict(prefixes))
+        again: Any = pyoxigraph.parse_query_results(told, form)
         names = tuple(variable.value for variable in again.variables)
         rows = tuple(tuple(_value(value) for value in row) for row in again)
         return Answered(names, rows, json=told)

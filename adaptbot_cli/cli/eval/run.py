@@ -1,5 +1,6 @@
 """`adaptbot eval FILE`: run the paper's experiment on recordings, or live."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,10 +16,11 @@ from adaptbot_cli.cli.common import (
 )
 from adaptbot_cli.cli.eval import options
 from adaptbot_cli.cli.eval.carrying import carry_out
-from adaptbot_cli.cli.run import PolicyName
+from adaptbot_cli.cli.run import ApiBaseOption, PolicyName
 
 if TYPE_CHECKING:
     from adaptbot_cli.evaluation.experiment import Experiment
+    from adaptbot_cli.workspace import Workspace
 
 
 def run(
@@ -41,6 +43,7 @@ def run(
         str | None,
         typer.Option(metavar="NAME", help="Plan live: any litellm model, or `library`."),
     ] = None,
+    api_base: ApiBaseOption = None,
     select: options.SelectOption = None,
     limit: options.LimitOption = None,
     jobs: options.JobsOption = None,
@@ -63,6 +66,7 @@ def run(
 
     check(plot)
     home = workspace(workspace_dir)
+    model, address = (None, None) if model is None else _planner(model, home, api_base)
     setting = Setting(
         domain=domain_name(domain, home),
         kg=tuple(kg or ()),
@@ -77,6 +81,7 @@ def run(
         limit=limit,
         select=select,
         model=model,
+        api_base=address,
     )
     rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)
     experiment = prepare(setting, rows, home)
@@ -84,6 +89,14 @@ def run(
     options.tell_graphs(experiment.settings(), json)
     trials = carry_out([experiment], results)
     options.show(report(experiment.settings(), trials), json, plot)
+
+
+def _planner(model: str, home: "Workspace", api_base: str | None) -> tuple[str, str | None]:
+    """Return who plans, and the address of its server, as `adaptbot run` would choose them."""
+    from adaptbot_cli.adapters.planner.choice import LIBRARY, choose
+
+    chosen = choose(model, home.settings, os.environ, api_base)
+    return chosen.model or LIBRARY, chosen.api_base
 
 
 def _tell_skipped(experiment: "Experiment") -> None:

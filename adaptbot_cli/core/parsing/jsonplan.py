@@ -18,7 +18,7 @@ from adaptbot_cli.core.plan import keyworded
 Reader = Callable[[str], Sequence[Item]]
 """Reads the calls in a plain text; a string of a JSON plan may hold some."""
 
-_Args = list[tuple[str, str]]
+Args = list[tuple[str, str]]
 
 _KEYWORD = re.compile(r"[^\W\d]\w{0,80}")
 
@@ -34,13 +34,13 @@ _PLANS = {
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
 _CONDITIONS = ("if", "condition", "unless", "while")
-_REMARKS = {
+REMARKS = {
     "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment",
     "comments", "description", "note", "notes", "explanation", "order", "purpose", "status",
     *_CONDITIONS,
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true"}
-_NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
+_NO_ACTIONS = {*_PLANS, *_TEXTS, *REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
 _LOOKED_AT = 50
 
 
@@ -113,7 +113,7 @@ def _is_called(node: Node, read: Reader) -> bool:
 
 
 def _step_of(action: str, value: Node, node: Node, text: str) -> Iterator[Item]:
-    args = _args(value)
+    args = flattened(value)
     if args is None:
         yield _unread(node, text, "an argument is an object")
     else:
@@ -141,7 +141,7 @@ def _step(node: Node, text: str, read: Reader) -> Iterator[Item]:
         found = _moved(read(name.text), node, text)
         yield from found or [_unread(node, text, "its action cannot be read")]
         return
-    args = _rest_args(node, name) if values is None else _args(values)
+    args = _rest_args(node, name) if values is None else flattened(values)
     action = name.text.strip().rpartition(".")[2]
     if args is None:
         yield _unread(node, text, "an argument is an object")
@@ -151,30 +151,30 @@ def _step(node: Node, text: str, read: Reader) -> Iterator[Item]:
         yield Item(node.start, _source(node, text), keyworded(action, kept(args)))
 
 
-def _rest_args(node: Node, name: Node) -> _Args | None:
+def _rest_args(node: Node, name: Node) -> Args | None:
     """Take as arguments what a step says besides its action, remarks aside."""
-    said = [(k, v) for k, v in node.entries() if v is not name and k not in _REMARKS]
+    said = [(k, v) for k, v in node.entries() if v is not name and k not in REMARKS]
     keys, values = [k for k, _ in said], [v for _, v in said]
-    return _args(Node("map", node.start, node.end, items=values, keys=keys))
+    return flattened(Node("map", node.start, node.end, items=values, keys=keys))
 
 
-def _args(node: Node) -> _Args | None:
+def flattened(node: Node) -> Args | None:
     """Flatten a value to arguments behind their names; None if an object stands where an argument
     should."""
     if node.kind == "string" and node.text.strip()[:1] in ("{", "["):
         inner, _ = read_literal(node.text.strip(), 0)
-        return _args(inner) if inner.end >= 0 else None
+        return flattened(inner) if inner.end >= 0 else None
     if node.kind == "string" and "," in node.text:
         reading = read_args(node.text + ")", 0)
         return None if reading.error else list(reading.named())
     if node.kind in ("string", "word"):
         null = node.kind == "word" and node.text.lower() in ("null", "none")
         return [] if null else [("", node.text.strip())]
-    args: _Args = []
+    args: Args = []
     for key, item in zip(node.keys or [""] * len(node.items), node.items, strict=False):
         if item.kind == "map":
             return None
-        nested = [("", item.text.strip())] if item.kind == "string" else _args(item)
+        nested = [("", item.text.strip())] if item.kind == "string" else flattened(item)
         if nested is None:
             return None
         named = len(nested) == 1 and _KEYWORD.fullmatch(key)

@@ -5,10 +5,14 @@ from dataclasses import dataclass, field
 
 from adaptbot_cli.core.parsing.control import Blocks, read_frame, read_header
 from adaptbot_cli.core.parsing.jsonplan import read_json
+from adaptbot_cli.core.parsing.known import Known, indent_of
+from adaptbot_cli.core.parsing.loops import binds
+from adaptbot_cli.core.parsing.markup import read_markup, read_react
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
 from adaptbot_cli.core.parsing.scan import (
     LEFT_OUT,
+    NESTED,
     UNCLOSED_QUOTE,
     Item,
     Reading,
@@ -18,27 +22,37 @@ from adaptbot_cli.core.parsing.scan import (
     shown,
     swallow,
 )
-from adaptbot_cli.core.parsing.shapes import alternative, call_name, is_call, trailing_condition
+from adaptbot_cli.core.parsing.shapes import (
+    MARK,
+    alternative,
+    call_name,
+    is_call,
+    trailing_condition,
+)
 from adaptbot_cli.core.plan import keyworded
 
 # A plan takes a few hundred units: one for a line, one for a parenthesis, some for a fault.
 _EFFORT = 20_000
 _FAULT = 9
 _JSON_UNIT = 16
+_BOUND = 60
+_PLURAL = 3
 _LONG = 300
 
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
-_PREFIX = re.compile(r"[\s>|]*(?:(?:[-*+•·–—]|\(?\d{1,4}[.):]\)?|\#{1,6})\s+)*[*`]*")
+_PREFIX = re.compile(rf"[\s>|]*(?:(?:[-*+•·–—]|\#{{1,6}})\s+|{MARK}(?<=\s))*[*`]*")
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
 
 _SILENT = re.compile(
-    r"[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*|<[/?]?\w[^<>]*>"
+    r"(?:[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*"
+    r"|<[/?]?\w[^<>]*>|assert\s+\w+|self\.\w+\s*=\s*\w+"
+    r"|(?:from\s+[\w.]+\s+)?import\s+[\w.*, ]+)(?:\s+#.*)?"
 )
 _SENTENCE = re.compile(
     r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
 )
-_HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|\W*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
+_HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|[\W\d]*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
 _ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
 
 
@@ -89,13 +103,16 @@ class _Reader:
         self._blocks = Blocks()
         self._no_json_before = 0
         self._after_call = False
-        self._asides: list[Item] = []
+        self._asides: list[tuple[int, Item]] = []
         self._functions: set[str] = set()
         self._starts = 0
+        self._known = Known(text)
 
     def read(self) -> None:
         try:
             self._read_lines()
+            for start, line in self._known.unused.values():
+                self._fault(start, line, "nothing makes use of it")
         except _ExhaustedError:
             message = "The text is not read on from here: it holds far too much for a plan."
             self._add(Item(self._at, "", code="P102", message=message))
@@ -121,7 +138,7 @@ class _Reader:
         if self._read_fence(start, end):
             self._end_run()
             return end + 1
-        after = self._read_json(start, end)
+        after = self._read_json(start, end) or self._read_markup(start, end)
         if after:
             self._end_run()
             return self._scan(after, self._line_end(after), "") + 1
@@ -158,6 +175,16 @@ class _Reader:
             self._add(item)
         return after
 
+    def _read_markup(self, start: int, end: int) -> int:
+        """Read the tool call, in tags or as in ReAct, that opens here; returns its end, or 0."""
+        found = read_markup(self._text, start, end) or read_react(self._text, start, end)
+        if found is None:
+            return 0
+        item, after = found
+        self._effort.spend(2 + (after - start) // _JSON_UNIT)
+        self._add(item)
+        return after
+
     def _read_string(self, string: str) -> list[Item]:
         return _read(string, self._effort).items
 
@@ -172,12 +199,16 @@ class _Reader:
         """Read the calls of a line and the condition they are under; returns a line's end."""
         prefix = _PREFIX.match(self._text, start, end)
         content = prefix.end() if prefix else start
-        indent = self._indent(start)
+        indent = indent_of(self._text, start)
         condition = self._blocks.condition(indent) or self._fence_condition
         frame = read_frame(self._text, content, end)
         if frame is not None:
             self._functions.add(frame[0])
             return self._scan(frame[1], end, condition)
+        if not condition:
+            known = self._read_known(start, content, end)
+            if known:
+                return known
         header = read_header(self._text, content, end, self._fenced)
         if header is None:
             return self._read_calls(start, content, end, condition)
@@ -187,11 +218,26 @@ class _Reader:
         after = self._scan(header.body, header.until, header.condition)
         return self._scan(after, end, condition) if after < end else after
 
+    def _read_known(self, start: int, content: int, end: int) -> int:
+        """Read a constant, or a loop over constants; returns a line's end, 0 if there is none."""
+        if binds(self._text, content, end):
+            self._effort.spend(_BOUND)
+            bound = self._known.bind(content, end, self._fenced)
+            if bound:
+                return self._line_end(bound)
+        items, after = self._known.loop(start, content, end)
+        self._effort.spend((after - start) // _JSON_UNIT + len(items))
+        for item in items:
+            self._add(item)
+        return after if items else 0
+
     def _read_calls(self, start: int, content: int, end: int, condition: str) -> int:
         before, starts = len(self.found.items), self._starts
         after = self._scan(content, end, condition)
         if len(self.found.items) > before or self._starts > starts:
-            self.found.items[before:before] = self._asides
+            indent = indent_of(self._text, start)
+            # What stands out further than the call below it is its heading.
+            self.found.items[before:before] = [a for deep, a in self._asides if deep >= indent]
             self._after_call, self._asides = True, []
             return after
         self._separate(start, end)
@@ -207,7 +253,8 @@ class _Reader:
     def _note_aside(self, start: int, content: int, line: str) -> None:
         """Note a line of prose right behind a call: it counts if a call comes right after it."""
         if not _HEADING.match(self._text[start:content] + line):
-            self._asides.append(Item(content, line, code=LEFT_OUT))
+            aside = Item(content, line, code=LEFT_OUT)
+            self._asides.append((indent_of(self._text, start), aside))
 
     def _end_run(self) -> None:
         """Note that what comes next does not stand right behind a call."""
@@ -223,9 +270,12 @@ class _Reader:
         """Read the calls from `pos` to `end`, or to the end of the line where the last one ends."""
         anchor = floor = pos
         against = ""
+        calls, passed = self._calls, list[Item]()
         while True:
             paren = self._text.find("(", pos, end)
             if paren < 0 or _COMMENT.search(self._text, pos, paren):
+                if self._calls > calls:
+                    self.found.items += passed
                 return end
             self._at = anchor
             self._effort.spend(1)
@@ -236,6 +286,9 @@ class _Reader:
                 pos = paren + 1
             elif not is_call(self._text, anchor, *named, reading, self._fenced):
                 pos = min(reading.end, end)
+                if any(len(arg) > _PLURAL for arg in reading.args):
+                    source = self._text[named[0] : reading.end]
+                    passed.append(Item(named[0], source, code=LEFT_OUT))
             else:
                 against = negation(self._text, anchor, named[0], against)
                 other = "" if against else alternative(self._text, anchor, named[0])
@@ -247,20 +300,22 @@ class _Reader:
 
     def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""
-        if reading.error:
+        if reading.error and (name != "print" or reading.error == NESTED):
             return self._take_broken(start, reading)
         source = self._text[start : reading.end]
         if name in self._functions and not (reading.args or condition or against):
             self._starts += 1  # what it does has been read where it is defined
             return reading.end
-        if name == "print":
-            self._fault(start, source, "printing is not a step")
-        elif against:
+        if name == "print" or self._known.makes_receiver(start, reading):
+            after = swallow(self._text, reading.end) if reading.error else reading.end
+            self._add(Item(start, self._text[start:after], code=LEFT_OUT))
+            return after
+        if against:
             self._add(negated(start, source, against))
         elif condition:
             self._add(conditional(start, source, condition))
         else:
-            self._add(Item(start, source, keyworded(name, reading.named())))
+            self._add(Item(start, source, keyworded(name, self._known.meant(reading, source))))
         return reading.end
 
     def _take_broken(self, start: int, reading: Reading) -> int:
@@ -286,10 +341,6 @@ class _Reader:
             strength = heading_strength(self._text[start : min(end, start + _LONG)])
             gaps = self.found.gaps
             gaps[self._calls] = max(strength, gaps.get(self._calls, SEPARATED))
-
-    def _indent(self, start: int) -> int:
-        line = self._text[start : start + _LONG]
-        return len(line.expandtabs(4)) - len(line.expandtabs(4).lstrip())
 
     def _line_end(self, pos: int) -> int:
         end = self._text.find("\n", pos)

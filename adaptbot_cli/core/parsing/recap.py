@@ -170,7 +170,7 @@ def _key(call: Call, orders: dict[tuple[str, frozenset[str]], tuple[str, ...]]) 
     """Tell calls apart by action and arguments, those with keywords in the order first written."""
     action = call.action.lower()
     args = {name: arg for name, arg in call.named() if name}
-    order = orders.setdefault((action, frozenset(args)), call.names)
+    order = orders.setdefault((action, frozenset(args)), tuple(args))
     said = [args[name] for name in order] if len(args) == len(call.args) else call.args
     return action, tuple(arg.lower().replace("_", " ") for arg in said)
 

@@ -36,7 +36,7 @@ _BREAK = re.compile(
 
 _UNCLOSED = "the parenthesis is never closed"
 UNCLOSED_QUOTE = "the quote is never closed"
-_NESTED = "there is a call inside the call"
+NESTED = "there is a call inside the call"
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,7 @@ def _after(text: str, pos: int, bare: str) -> str:
     if char in ("", "\n"):
         return _UNCLOSED
     if char == "(":
-        return _NESTED if bare.isidentifier() else "there is a parenthesis inside an argument"
+        return NESTED if bare.isidentifier() else "there is a parenthesis inside an argument"
     if char in "[]{}":
         return "an argument is a list or an object"
     return "a quote stands inside an argument" if bare else "a comma is missing between arguments"

@@ -15,19 +15,26 @@ _TRAILING_IF = re.compile(r"[ \t`*]*(?=(?:if|unless)\b)")
 # What may stand before and behind a call that is no part of a sentence.
 _LABEL = (
     r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?"
-    r"(?:(?:then|and|next|first|finally|lastly|now)\b[,:]?)?"
+    r"(?:(?:then|and|next|first|finally|lastly|now|followed\s+by)\b[,:]?)?"
+)
+# 1. 1.2 a) (iv) [x] 1️⃣ and what else leads a list item.
+MARK = (
+    r"(?:\(?(?:\d{1,4}(?:\.\d{1,4})*|[a-zA-Z]|[ivx]{1,4})[ ]?(?:[.:)|、．º]|\uFE0F?\u20E3)+"
+    r"|\d{1,4}(?:\.\d{1,4})+(?=\s)|\[[ xX\d✓✔]{1,3}\](?=\s))\s*+"
 )
 _BEFORE = re.compile(
-    rf"[\s>|*+\-•·–—`_;,.&#\"']*+(?:\(?\d{{1,4}}\s?[.:)|]+\s*+)?[*_`]*+{_LABEL}"
-    r"[\s`*_]*+(?:\w+\s*=\s*)?",
+    # Any symbol that opens no value: bullets, arrows, ticks. Words are no marks.
+    rf"(?:[^\w(){{}}\[\]/\\<]|_)*+(?:{MARK})?+[*_`]*+{_LABEL}"
+    r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?",
     re.IGNORECASE,
 )
 _BEHIND = re.compile(
-    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→<&\])]|//|(?:then|and|s|sec\w*|min\w*|hours?)\b)"
+    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→⇒➜➔=<&\])(。；，、]"
+    r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
-_COLON = re.compile(r"(?<!Error)(?<!Exception):[ \t*_`]*\Z")
-_LINE_END = re.compile(r"[ \t`*_.,;!\"']*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
+_COLON = re.compile(r"(?<!Error)(?<!Exception)[:：][ \t*_`]*\Z")
+_LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
 
@@ -97,4 +104,5 @@ def _ends_line(text: str, anchor: int, start: int, reading: Reading) -> bool:
 
 def _leads(text: str, anchor: int, start: int) -> bool:
     """Tell whether nothing of a sentence stands between two offsets: "2. ", "; then "."""
-    return start - anchor <= _LOOK and bool(_BEFORE.fullmatch(text, anchor, start))
+    near = start - anchor <= _LOOK
+    return near and (start == anchor or bool(_BEFORE.fullmatch(text, anchor, start)))

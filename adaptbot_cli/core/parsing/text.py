@@ -2,6 +2,7 @@
 
 from adaptbot_cli.core.parsing.discarded import without_discarded
 from adaptbot_cli.core.parsing.lines import read_text
+from adaptbot_cli.core.parsing.plain import plain
 from adaptbot_cli.core.parsing.recap import without_repeats
 from adaptbot_cli.core.parsing.scan import LEFT_OUT, Item, shown
 from adaptbot_cli.core.plan import Finding, Parsed, Written
@@ -15,8 +16,7 @@ def parse(text: str) -> Parsed:
     Reads prose with Markdown, code and JSON. Pure; raises on no text; runs nothing; takes time in
     proportion to the text's length. Every finding and every call has its line and column.
     """
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
-    whole = text
+    text = whole = plain(text)
     text, discarded = without_discarded(whole)
     read = read_text(text)
     places = _Places(text)

@@ -183,8 +183,7 @@ def test_prose_may_hold_calls_in_backticks_quotes_or_with_an_underscore() -> Non
         ('pick_up_obj "egg"', "arguments in parentheses"),
         ("pick_up_obj[egg]", "arguments in parentheses"),
         ('```\naction "egg" "plate"\n```', "not a call"),
-        ("```\nimport time\n```", "not a call"),
-        ('```\nprint("done")\n```', "printing is not a step"),
+        ("```\ntime = 5\n```", "nothing makes use of it"),
     ],
 )
 def test_an_attempt_that_cannot_be_read_is_a_finding(text: str, why: str) -> None:
@@ -218,7 +217,10 @@ def test_an_unclosed_call_does_not_take_the_next_line_with_it() -> None:
         ('if (dirty) {\n  empty("sink");\n}', "if (dirty)"),
         ('IF dirty THEN empty("sink")', "IF dirty"),
         ('else:\n    empty("sink")', "else"),
-        ('for toy in ("a", "b"):\n    empty("sink")', 'for toy in ("a", "b")'),
+        ('for toy in toys:\n    empty("sink")', "for toy in toys"),
+        ('for toy in ("a", "b"):\n    if toy:\n        empty("sink")', "if toy"),
+        ('for toy in range(10**9):\n    empty("sink")', "for toy in range(10**9)"),
+        ('for toy in range(1000):\n    empty("sink")', "for toy in range(1000)"),
         ('For each toy:\n- empty("sink")', "For each toy"),
         ('while is_full("sink"):\n    empty("sink")', 'while is_full("sink")'),
         ('try:\n    empty("sink")', "try"),
@@ -280,6 +282,83 @@ def test_a_line_that_ends_with_a_call_behind_a_colon_is_a_call(line: str) -> Non
 )
 def test_what_looks_like_a_call_is_never_passed_over(line: str) -> None:
     assert codes(f"wait(1)\n{line}") == ["P102"]
+
+
+@pytest.mark.parametrize(
+    "mark",
+    ["1.2. ", "1.2 ", "a. ", "b) ", "(a) ", "ii. ", "- [ ] ", "- [x] ", "[1] ", "✅ ", "1️⃣ ", "◦ ",
+     "→ ", "$ ", "第1步：", "await ", "Step 1.1: "],
+)  # fmt: skip
+def test_any_mark_of_a_list_may_lead_a_call(mark: str) -> None:
+    assert lines(f"wait(1)\n{mark}slice(apple)\nwait(2)")[1:2] == ['slice("apple")']
+    assert not parse(f"{mark}slice(apple)").findings
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "put（apple，bowl）",
+        "put(“apple”，“bowl”）。",
+        "3、放入：put(「apple」，「bowl」)；",
+        "\u200bput(apple\u200b, bowl)",
+    ],
+)
+def test_calls_in_the_punctuation_of_other_keyboards_are_read(text: str) -> None:
+    assert lines(text) == ['put("apple", "bowl")']
+    assert lines("1. 拿起苹果（从冰箱）\n2. 走") == []
+
+
+@pytest.mark.parametrize("between", [" → ", " => ", " -> ", " ⇒ ", "; ", ", followed by ", " & "])
+def test_calls_in_a_chain_are_all_read(between: str) -> None:
+    assert len(parse(between.join(["PickUp(pot)", "Switch(stove, on)", "Wait(1)"])).calls) == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('for toy in ["a", "b"]:\n    mix(toy)', ['mix("a")', 'mix("b")']),
+        ('toys = (\n  "a",\n)\nfor toy in ["a"]:\n    mix(toy)', ['mix("a")']),
+        (
+            '```python\ntoys = [\n    "a",\n    "b",\n]\n\nfor toy in toys:  # each\n'
+            "    robot.mix(toy, box)\n\n    wait(t=1)\nmix()\n```",
+            ['mix("a", "box")', "wait(t=1)", 'mix("b", "box")', "wait(t=1)", "mix()"],
+        ),
+        ('for i in range(1, 3):\n    mix(f"toy_{i}")', ['mix("toy_1")', 'mix("toy_2")']),
+        (
+            'for a, b in [("x", "y")]:\n    for c in ["u", "v"]:\n        mix(a, b, c)',
+            ['mix("x", "y", "u")', 'mix("x", "y", "v")'],
+        ),
+        (
+            'for n, a in enumerate(["x"], start=1):\n    print(f"{n}")\n    mix(a, n)',
+            ['mix("x", 1)'],
+        ),
+        ('for _ in range(2):\n    mix("pan")\n    wait(5)', ['mix("pan")', "wait(5)"] * 2),
+        ("def make():\n    for a in ['x']:\n        mix(a)\n    wait(1)", ['mix("x")', "wait(1)"]),
+        ('```\npot = "pan"\nmix(pot)\nmix("pot")\n```', ['mix("pan")', 'mix("pot")']),
+        ('for a in ["x"]:\n    print(a)\n    mix(a)', ['mix("x")']),
+        ("```\nrobot = Robot()\nrobot.mix(pan)\n```", ['mix("pan")']),
+        (
+            "```\nfrom robot import mix\nmix(pan)\nassert done\npass  # done\n```",
+            ['mix("pan")'],
+        ),
+    ],
+)
+def test_what_code_says_beforehand_is_read(text: str, expected: list[str]) -> None:
+    assert lines(text) == expected
+    assert not {"P102", "P103"} & {*codes(text)}
+
+
+def test_a_step_of_a_loop_stands_where_it_is_written() -> None:
+    steps = parse('wait(1)\nfor a in ["x", "y"]:\n    wait(2)\n    mix(a)').calls
+    assert [(step.line, step.source) for step in steps] == [
+        (1, "wait(1)"), (3, "wait(2)"), (4, "mix(a)"), (3, "wait(2)"), (4, "mix(a)"),
+    ]  # fmt: skip
+
+
+def test_printing_is_told_and_stops_nothing() -> None:
+    assert codes('```\nwait(1)\nprint("done")\n```') == ["P105"]
+    assert codes('```\nwait(1)\nprint(f"done {it}")\nwait(2)\n```') == ["P105"]
+    assert codes('```\nwait(1)\nprint(mix("egg"))\n```') == ["P102"]
 
 
 def test_every_call_of_a_body_is_told_of_and_the_block_ends_with_its_indentation() -> None:
@@ -412,6 +491,51 @@ def test_the_names_of_arguments_are_kept(text: str) -> None:
     assert not parse(text).findings
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<function_calls>\n<invoke name="put">\n<parameter name="obj">egg</parameter>\n'
+        '<parameter name="loc">pan</parameter>\n</invoke>\n</function_calls>',
+        "<tool_call>\n<function=put>\n<parameter=obj>\negg\n</parameter>\n<parameter=loc>\npan\n"
+        "</parameter>\n</function>\n</tool_call>",
+        "<tool_call>put\n<arg_key>obj</arg_key>\n<arg_value>egg</arg_value>\n"
+        "<arg_key>loc</arg_key>\n<arg_value>pan</arg_value>\n</tool_call>",
+        '1. <step id="1"><action>put</action><args>obj="egg", loc="pan"</args></step>',
+        '<step action="put" obj="egg" loc="pan"/>',
+        '<call><name>robot.put</name><parameters>{"obj": "egg", "loc": "pan"}</parameters></call>',
+        "<tool_use><tool_name>put</tool_name><reason>it fries</reason>"
+        "<obj>egg</obj><loc>pan</loc></tool_use>",
+    ],
+)
+def test_reads_tool_calls_in_tags(text: str) -> None:
+    parsed = parse(f"First:\n{text}\nwait(1)")
+    assert [step.call.action for step in parsed.calls] == ["put", "wait"]
+    assert parsed.calls[0].call.named() == (("obj", "egg"), ("loc", "pan"))
+    assert not parsed.findings
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'Action: put\nAction Input: {"obj": "egg", "loc": "pan"}\nObservation: done',
+        "**Action:** `put`\n**Action Input:** egg, pan",
+        "Action 1: put[egg, pan]",
+    ],
+)
+def test_reads_the_calls_of_react(text: str) -> None:
+    parsed = parse(f"Thought: first the egg.\n{text}\nThought: then wait.\nAction 2: wait[1]")
+    assert [(s.call.action, s.call.args) for s in parsed.calls] == [
+        ("put", ("egg", "pan")),
+        ("wait", ("1",)),
+    ]
+    assert "P102" not in codes(text)
+
+
+def test_a_tag_that_is_never_closed_is_a_finding() -> None:
+    assert codes('wait(1)\n<invoke name="put"><parameter name="obj">egg') == ["P102"]
+    assert lines('<action>put("egg")</action>\n<step>wait(1)</step>') == ['put("egg")', "wait(1)"]
+
+
 def test_a_map_of_one_list_in_prose_is_no_step() -> None:
     assert codes('[{"note": ["a"]}, {"steps": []}]') == ["P101"]
     assert lines('[{"pick_up": "egg"}, {"thought": "well"}, "wait(5)"]')[-1] == "wait(5)"
@@ -422,6 +546,10 @@ def test_an_argument_may_have_a_name_among_others_that_have_none() -> None:
     assert lines('[{"action": "mix", "args": {"of": ["a", "b"], "the bowl": "c"}}]') == [
         'mix("a", "b", "c")'
     ]
+
+
+def test_a_call_with_one_argument_of_two_named_is_told_from_the_others() -> None:
+    assert lines('mix("a", t=1)\nmix(t=1)') == ['mix("a", t=1)', "mix(t=1)"]
 
 
 def test_a_recap_with_the_named_arguments_in_another_order_is_a_recap() -> None:
@@ -463,6 +591,24 @@ def test_prose_that_stands_among_the_calls_is_left_out_with_a_word_about_it() ->
 
     many = "wait(5)\nOn.\n" * 9 + "wait(5)"
     assert message(many, "P105").endswith("in line 4, 6, 8, 10, 12 and on.")
+
+
+def test_a_call_left_out_of_a_line_of_calls_is_told() -> None:
+    text = "wait(1) and, as the recipe goes, Simmer(soup, low heat) for long\nwait(2)"
+    assert lines(text) == ["wait(1)", "wait(2)"]
+    assert "Simmer(soup, low heat)" in message(text, "P105")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "wait(1)\n2. **Serve**\n   wait(2)",
+        "1. wait(1)\n2. Serve\n   a. wait(2)",
+        "- wait(1)\n- Serve\n  - wait(2)",
+    ],
+)
+def test_what_heads_deeper_items_is_no_prose_among_the_calls(text: str) -> None:
+    assert not parse(text).findings
 
 
 def test_an_error_that_is_quoted_is_no_step() -> None:
@@ -591,7 +737,10 @@ def test_no_text_raises(text: str) -> None:
      "a(\n", "a(#", "a_b(“)", 'a_b("x"\n', "a(b,", "a(b) ", '["a(b)",', '{"action":"x"}\n', "[1,",
      '{"a":', "* ", "****a(", "\\", "_", "```\n", "<!--", "<think>", "</think>",
      "~~a", "a~~b~~", "do not ", "not a(\"b\") or ",
-     "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800"],
+     "do not ____ ", "wait(5)\n\nfinal plan:\n", "\x00", "\ud800",
+     "x = [\n", "1.1", "<step>\n", "<step><a>", "action:\n", "Action: a\nAction Input: {",
+     '<invoke name="a">', "[x] ", "→ ",
+     'for x in ["a"]:\n a(x)\n'],
 )  # fmt: skip
 def test_a_megabyte_takes_seconds_and_not_minutes(unit: str) -> None:
     text = unit * (1_000_000 // len(unit))
