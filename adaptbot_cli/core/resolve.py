@@ -5,7 +5,6 @@ candidate is of the right kind and unique, the name is no required item, and the
 the candidate otherwise. What is not safe becomes a suggestion.
 """
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -13,6 +12,7 @@ from typing import TypeVar
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.amounts import without_amount
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import nearest, normal, parted, sentence_list, variants, words
@@ -32,13 +32,6 @@ _NEAR = 2
 
 _PREPOSITIONS = frozenset({"on", "onto", "in", "into", "inside", "upon", "atop"})
 _ARTICLES = frozenset({"a", "an", "the", "some", "of", "from", "with"})
-_NUMBER = r"(?:\d[\d./]*[a-z]*|[½¼¾])"
-# Which words are measures is not known here: without an "of" only a number goes, not a word.
-_AMOUNTS = (
-    re.compile(rf"(?:{_NUMBER}|an?|some) (?:[a-z]+ ){{0,2}}of (.+)"),
-    re.compile(rf"(?:{_NUMBER}|an?|the|some) (.+)"),
-    re.compile(rf"(.+?) ?\({_NUMBER}[^()]*\)"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,20 +92,15 @@ def _spelled(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
 
 def _amount(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
     """A known item behind a number, an article or an amount: "2 eggs", "a pinch of salt"."""
-    said = normal(name).replace("_", " ")
-    for amount in _AMOUNTS:
-        match = amount.fullmatch(said)
-        rest = match[1].removeprefix("the ") if match else ""
-        found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, classes)] if rest else []
-        if found:
+    for rest, definite in without_amount(name):
+        found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, classes)]
+        if found and definite:
+            return Named(found[0], _renamed(name, found[0], scene))
+        if found and not scene.kg.is_a(found[0], scene.domain.places):  # "2 plates" are two
             proper = scene.kg.name(found[0])
-            if said.startswith("the "):
-                return Named(found[0], _renamed(name, found[0], scene))
-            if scene.kg.is_a(found[0], scene.domain.places):
-                continue  # "2 plates" are two: none of them is an amount
             why = f"{name} is an amount of {proper}"
             return Named(found[0], Change(name, proper, "amount", why))
-        if rest and scene.requires(rest) and not scene.kg.find(rest):
+        if scene.requires(rest) and not scene.kg.find(rest):
             return Named(finding=unknown_item(rest, classes, scene))
     return None
 

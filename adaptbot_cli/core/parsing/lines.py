@@ -10,6 +10,14 @@ from adaptbot_cli.core.parsing.loops import binds
 from adaptbot_cli.core.parsing.markup import read_markup, read_react
 from adaptbot_cli.core.parsing.negation import negation
 from adaptbot_cli.core.parsing.recap import SEPARATED, heading_strength
+from adaptbot_cli.core.parsing.remarks import (
+    LONG,
+    is_attempt,
+    is_comment,
+    is_heading,
+    is_silent,
+    is_unknown,
+)
 from adaptbot_cli.core.parsing.scan import (
     LEFT_OUT,
     NESTED,
@@ -37,23 +45,11 @@ _FAULT = 9
 _JSON_UNIT = 16
 _BOUND = 60
 _PLURAL = 3
-_LONG = 300
 
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
 _PREFIX = re.compile(rf"[\s>|]*(?:(?:[-*+•·–—]|\#{{1,6}})\s+|{MARK}(?<=\s))*[*`]*")
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(r"(?:[^\[{\"'(]|(?<=\w)'(?=\w))*+([\[{])\s*(?:[\[{\"'\]}]|\w+\s*:|\Z)")
-
-_SILENT = re.compile(
-    r"(?:[\s\[\](){};,.`*_=\-|>~]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*"
-    r"|<[/?]?\w[^<>]*>|assert\s+\w+|self\.\w+\s*=\s*\w+"
-    r"|(?:from\s+[\w.]+\s+)?import\s+[\w.*, ]+)(?:\s+#.*)?"
-)
-_SENTENCE = re.compile(
-    r"(?:[A-Z\d]|[-*•]\s)[^=(\"]*\s[^=(\"]*[.:!?]|[A-Z\d\s&.,:-]+|\w[\w ]*:|\*\*.*\*\*:?"
-)
-_HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|[\W\d]*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
-_ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
 
 
 @dataclass(slots=True)
@@ -142,7 +138,7 @@ class _Reader:
         if after:
             self._end_run()
             return self._scan(after, self._line_end(after), "") + 1
-        if self._is_comment(start, end):
+        if is_comment(self._text[start : min(end, start + LONG)], self._fenced):
             self._separate(start, end)
             return end + 1
         return self._read_statement(start, end) + 1
@@ -187,13 +183,6 @@ class _Reader:
 
     def _read_string(self, string: str) -> list[Item]:
         return _read(string, self._effort).items
-
-    def _is_comment(self, start: int, end: int) -> bool:
-        """Tell whether the line holds a remark only. A Markdown heading may hold a call."""
-        line = self._text[start : min(end, start + _LONG)].lstrip()
-        if not line.startswith(("#", "//", '"""')):
-            return False
-        return self._fenced or not (line.startswith("##") or "`" in line)
 
     def _read_statement(self, start: int, end: int) -> int:
         """Read the calls of a line and the condition they are under; returns a line's end."""
@@ -242,29 +231,23 @@ class _Reader:
             return after
         self._separate(start, end)
         line = self._text[content:end].rstrip()
-        if self._fenced and self._is_unknown(line):
+        if self._fenced and is_unknown(line):
             self._fault(content, line, "it is not a call")
-        elif not self._fenced and _ATTEMPT.match(line):
+        elif not self._fenced and is_attempt(line):
             self._fault(content, line, "a call has its arguments in parentheses")
-        elif self._after_call and not _SILENT.fullmatch(line[:_LONG]):
-            self._note_aside(start, content, line[:_LONG])
+        elif self._after_call and not is_silent(line[:LONG]):
+            self._note_aside(start, content, line[:LONG])
         return after
 
     def _note_aside(self, start: int, content: int, line: str) -> None:
         """Note a line of prose right behind a call: it counts if a call comes right after it."""
-        if not _HEADING.match(self._text[start:content] + line):
+        if not is_heading(self._text[start:content] + line):
             aside = Item(content, line, code=LEFT_OUT)
             self._asides.append((indent_of(self._text, start), aside))
 
     def _end_run(self) -> None:
         """Note that what comes next does not stand right behind a call."""
         self._after_call, self._asides = False, []
-
-    def _is_unknown(self, line: str) -> bool:
-        """Tell whether a line of a code block says something that is neither call nor remark."""
-        if len(line) > _LONG:
-            return True
-        return not (_SILENT.fullmatch(line) or _SENTENCE.fullmatch(line))
 
     def _scan(self, pos: int, end: int, condition: str) -> int:
         """Read the calls from `pos` to `end`, or to the end of the line where the last one ends."""
@@ -338,7 +321,7 @@ class _Reader:
     def _separate(self, start: int, end: int) -> None:
         """Note that text stands before the next call, and whether it announces a recap."""
         if self._calls:
-            strength = heading_strength(self._text[start : min(end, start + _LONG)])
+            strength = heading_strength(self._text[start : min(end, start + LONG)])
             gaps = self.found.gaps
             gaps[self._calls] = max(strength, gaps.get(self._calls, SEPARATED))
 
