@@ -5,7 +5,14 @@ from typing import Any, Final
 import pytest
 from rdflib import RDF
 
+from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
+from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.core import suggest
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.questions import Question, Suggestion
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.resources import bundled
 from tests.packs import EX, FALSE, KITCHEN, TRUE, calls
 
 PAPER_RECIPES: Final = (
@@ -178,3 +185,13 @@ def test_the_omelette_plan_holds_what_the_demo_shows() -> None:
     assert ("put_down_rec", ["skillet", "stove"]) in parsed
     assert ("put_down_obj", ["chives", "plate"]) in parsed
     assert ("fry", ["egg", "skillet"]) in parsed
+
+
+def test_a_likely_kind_is_told_with_what_the_things_have_in_common() -> None:
+    """Nothing but garlic: that words have no definition here is nothing in common."""
+    kg = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    scene, lexicon = Scene(kg, Task("none")), WordNet()
+    for word in suggest.words_to_look_up(Question("kind", "leek", ""), scene):
+        scene.around[word] = lexicon.related(word, kg.domain.noun_fields)
+    told = suggest.Likely("leek", kg.domain.teachable, scene).kind()
+    assert told == Suggestion("object", "as for garlic (alliaceous plant)")

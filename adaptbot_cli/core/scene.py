@@ -35,7 +35,7 @@ class Scene:
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)
     around: dict[str, tuple[Related, ...]] = field(default_factory=dict)
-    trust: dict[tuple[URIRef, tuple[URIRef, ...], bool], bool] = field(default_factory=dict)
+    trust: dict[tuple[URIRef, tuple[URIRef, ...]], bool] = field(default_factory=dict)
 
     @property
     def domain(self) -> Domain:

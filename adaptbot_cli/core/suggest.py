@@ -74,15 +74,18 @@ class _Words:
         self.name = normal(name)
         self.parts = words(name)
         found = next((known[form] for form in _forms(name) if known.get(form)), ())
-        first = min((word.sense for word in found), default=0)
         self.related: dict[str, int] = {}
         self.above: dict[str, int] = {}
+        self.called: dict[str, str] = {}
+        first = min((word.sense for word in found), default=0)
         for word in found:
             if word.sense != first:
                 continue
             _keep_least(self.related, word.word, word.distance)
             if word.relation != "hyponym":
-                _keep_least(self.above, word.gloss, word.distance)
+                sense = word.gloss or word.word
+                _keep_least(self.above, sense, word.distance)
+                self.called[sense] = min(self.called.get(sense, word.word), word.word, key=_plain)
 
     def nearness(self, other: "_Words") -> float:
         """How near another name is, from 0 to 1."""
@@ -92,10 +95,22 @@ class _Words:
         by_words = max((1 / (1 + far) for far in ways if far is not None), default=0.0)
         return max(by_words, self._by_name(other))
 
+    def broader(self, others: Sequence["_Words"]) -> str:
+        """The nearest word that stands above this name and above some others, "" if none does."""
+        shared = set(self.above).intersection(*(other.above for other in others))
+        far = {sense: sum(w.above[sense] for w in (self, *others)) for sense in shared}
+        nearest = min(shared, key=lambda sense: (far[sense], self.called[sense]), default="")
+        return self.called.get(nearest, "")
+
     def _by_name(self, other: "_Words") -> float:
         if self.parts[-1:] == other.parts[-1:]:
             return _SAME_HEAD
         return _SAME_WORD if set(self.parts) & set(other.parts) else 0.0
+
+
+def _plain(word: str) -> tuple[bool, int]:
+    """By this the synonym that says most is first: "vegetable", not "veg" or "green_goods"."""
+    return "_" in word, -len(word)
 
 
 def _keep_least(distances: dict[str, int], key: str, distance: int) -> None:
@@ -146,7 +161,9 @@ class Likely:
         value = answers.get(guess.value)
         if value is None and isinstance(guess.value, URIRef):
             value = self.scene.kg.name(guess.value)
-        return None if value is None else Suggestion(value, self._reason(guess.like))
+        if value is None:
+            return None
+        return Suggestion(value, self._reason(self.words[entity], guess.like))
 
     def kind(self) -> Suggestion | None:
         """Return the likely kind of a new thing, if such guesses are right for known things."""
@@ -157,7 +174,8 @@ class Likely:
             for entity in self.words
             if kg.is_of(entity, kind)
         }
-        near = self.near(None, _Words(self.name, self.scene.around))
+        words = _Words(self.name, self.scene.around)
+        near = self.near(None, words)
         best = _kind(near, of)
         if best is None:
             return None
@@ -168,7 +186,7 @@ class Likely:
             right += guess is not None and guess.value == of.get(one.entity)
         if tried < _ENOUGH_OF_KINDS or right < RIGHT * tried:
             return None
-        return Suggestion(local(best.value), self._reason(best.like))
+        return Suggestion(local(best.value), self._reason(words, best.like))
 
     def _guess(self, entity: URIRef, near: Sequence[Near], prop: Property) -> "_Guess | None":
         """The value that the near things agree on, if they do enough."""
@@ -191,8 +209,8 @@ class Likely:
         return float(_DIFFERS ** sum(differing))
 
     def _trusted(self, guess: "_Guess", near: Sequence[Near], prop: Property) -> bool:
-        """Whether such guesses, with near things or without, are right for the nearest things."""
-        key = (prop.iri, tuple(kind.iri for kind in self.kinds), bool(guess.like))
+        """Whether such guesses are right for the nearest things."""
+        key = (prop.iri, tuple(kind.iri for kind in self.kinds))
         if key not in self.scene.trust:
             right = tried = 0
             for one in near[:_TRIALS]:
@@ -201,17 +219,20 @@ class Likely:
                     continue
                 others = self.near(one.entity, self.words[one.entity])
                 other = self._guess(one.entity, others, prop)
-                if other is not None and bool(other.like) == bool(guess.like):
+                if other is not None:
                     tried += 1
                     right += other.value == truth
             needed = RIGHT_PLACE if isinstance(guess.value, URIRef) else RIGHT
             self.scene.trust[key] = tried >= _ENOUGH and right >= needed * tried
         return self.scene.trust[key]
 
-    def _reason(self, like: Sequence[URIRef]) -> str:
+    def _reason(self, words: "_Words", like: Sequence[URIRef]) -> str:
+        """Tell the nearest of the things that agree, and what they and the new one all are."""
         if like:
-            names = [self.scene.kg.name(entity).replace("_", " ") for entity in like[:2]]
-            return f"as for {sentence_list(names)}"
+            named = [self.words[entity] for entity in like[:2]]
+            broader = words.broader(named).replace("_", " ")
+            told = sentence_list([other.name.replace("_", " ") for other in named])
+            return f"as for {told}" + (f" ({broader})" if broader else "")
         return f"as for almost every {next((kind.label for kind in self.kinds), 'thing')}"
 
 
