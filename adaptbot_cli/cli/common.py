@@ -30,6 +30,10 @@ KgOption = Annotated[
     list[Path] | None,
     typer.Option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
 ]
+ApiBaseOption = Annotated[
+    str | None,
+    typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
+]
 TimeoutOption = Annotated[
     float | None,
     typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),

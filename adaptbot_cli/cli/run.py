@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adaptbot_cli.cli.common import (
+    ApiBaseOption,
     DomainOption,
     JsonOption,
     MaxCostOption,
@@ -40,12 +41,6 @@ class PolicyName(StrEnum):
 
     tutor = "tutor"
     paper = "paper"
-
-
-ApiBaseOption = Annotated[
-    str | None,
-    typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
-]
 
 
 def run(

@@ -227,6 +227,10 @@ class Kg:
             proper[entity] = next((str(v) for v in found if v is not None), local(entity))
         return proper[entity]
 
+    def names(self) -> set[str]:
+        """Return the names of all things."""
+        return {str(name) for p in self.named_by for name in self.store.objects(None, p)}
+
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
         if entity not in self._known.classes:

@@ -21,7 +21,7 @@ def lacking(kg: Kg) -> Iterator[str]:
     for task in kg.domain.tasks:
         for name in _lacked(kg, task):
             wanted.setdefault(name, {})[task.name] = None
-    known = sorted({str(name) for p in kg.named_by for name in kg.facts.objects(None, p)})
+    known = sorted(kg.names())
     for name, tasks in sorted(wanted.items()):
         near = misspelt(name, known, THING_LIKE)
         who = sentence_list(list(tasks), 3)

@@ -1,6 +1,5 @@
 """The graph as people look at it: a thing with its facts, a class with its members."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,17 +119,11 @@ def near(kg: Kg, name: str, whatever: bool = False) -> list[str]:
 
     With `whatever` those of classes and tasks too.
     """
-    among = set(_taught(kg))
+    among = kg.names()
+    for action in kg.domain.actions.values():
+        among |= {action.name, *action.aliases}
     if whatever:
         kinds = kg.domain.kinds.values()
         among |= {local(kind.iri) for kind in kinds} | {kind.label for kind in kinds}
         among |= {task.name for task in kg.domain.tasks}
     return nearest(name, among)
-
-
-def _taught(kg: Kg) -> Iterable[str]:
-    """The names of what can be taught."""
-    for predicate in kg.named_by:
-        yield from (str(name) for name in kg.facts.objects(None, predicate))
-    for action in kg.domain.actions.values():
-        yield from (action.name, *action.aliases)

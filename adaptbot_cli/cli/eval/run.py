@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adaptbot_cli.cli.common import (
+    ApiBaseOption,
     DomainOption,
     JsonOption,
     KgOption,
@@ -16,7 +17,7 @@ from adaptbot_cli.cli.common import (
 )
 from adaptbot_cli.cli.eval import options
 from adaptbot_cli.cli.eval.carrying import carry_out
-from adaptbot_cli.cli.run import ApiBaseOption, PolicyName
+from adaptbot_cli.cli.run import PolicyName
 
 if TYPE_CHECKING:
     from adaptbot_cli.evaluation.experiment import Experiment

@@ -9,7 +9,7 @@ import re
 import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from itertools import islice
 
 from adaptbot_cli.core.parsing.literals import read_literal
 
@@ -69,25 +69,19 @@ def unroll(block: str, names: Mapping[str, Value]) -> tuple[list[Turn], set[str]
     """Return the calls of a loop turn by turn and the names it uses; None if it is no such loop."""
     used: set[str] = set()
     try:
-        tree = _parsed(textwrap.dedent(block), "exec")
-        if not isinstance(tree, ast.Module):
-            return None
-        lines = block.splitlines()
-        turns: list[Turn] = []
-        for turn in _turns(tree.body, dict(names), used, lines):
-            turns.append(turn)
-            if len(turns) > _MOST_STEPS:
-                return None
+        body = _statements(textwrap.dedent(block))
+        found = _turns(body, dict(names), used, block.splitlines())
+        turns = list(islice(found, _MOST_STEPS + 1))
     except (SyntaxError, ValueError, RecursionError, MemoryError, _UnknownError):
         return None
-    return (turns, used) if turns else None
+    return (turns, used) if 0 < len(turns) <= _MOST_STEPS else None
 
 
-def _parsed(code: str, mode: Literal["eval", "exec"]) -> ast.AST:
+def _statements(code: str) -> list[ast.stmt]:
     """Parse what a person could have written: Python's parser warns of escapes, and recurses."""
     if "\\" in code or len(code) > _LONGEST:
         raise _UnknownError
-    return ast.parse(code, mode=mode)
+    return ast.parse(code).body
 
 
 def _turns(
@@ -154,6 +148,10 @@ def _text(node: ast.expr, names: dict[str, Value], used: set[str]) -> str:
         return node.id
     if isinstance(node, ast.Name):
         used.add(node.id)
+    return _string(node, names)
+
+
+def _string(node: ast.expr, names: Mapping[str, Value]) -> str:
     value = _value(node, names)
     if not isinstance(value, str):
         raise _UnknownError
@@ -176,7 +174,4 @@ def _part(node: ast.expr, names: Mapping[str, Value]) -> str:
     plain = node
     if isinstance(node, ast.FormattedValue) and node.conversion < 0 and not node.format_spec:
         plain = node.value
-    value = _value(plain, names)
-    if not isinstance(value, str):
-        raise _UnknownError
-    return value
+    return _string(plain, names)
