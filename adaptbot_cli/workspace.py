@@ -83,7 +83,8 @@ class Workspace:
         """
         from adaptbot_cli.adapters.store.reading import read_files
 
-        return read_files(self.folder(domain))
+        folder = self.folder(domain)
+        return read_files(folder, self.root if folder.is_relative_to(self.root) else None)
 
     def folder(self, domain: str) -> Path:
         """Return where a domain's files are read from. Raises UsageError."""

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
-    from adaptbot_cli.adapters.store.keeper import Keeper
-    from adaptbot_cli.adapters.store.opening import Start
+    from adaptbot_cli.adapters.store.keeper import Keeper, Start
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Task
@@ -148,6 +147,8 @@ def build(
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
             _tell_edits(console, session.edited, kg)
+            for note in start.notes:
+                console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
         if transcript is not None:
@@ -240,7 +241,7 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
 
 def started_on(domain: str, workspace: Workspace) -> "Start":
     """Make the workspace ready; what follows is on its files as they are then."""
-    from adaptbot_cli.adapters.store.opening import start
+    from adaptbot_cli.adapters.store.keeper import start
 
     workspace.folder(domain)  # a domain that is not there makes no workspace
     return start(workspace.root, domain, partial(workspace.first_files, domain), started)
@@ -328,9 +329,10 @@ def _options(request: Request) -> dict[str, Any]:
 
 
 def _head(workspace: Workspace) -> str | None:
-    from adaptbot_cli.adapters.store.history import head
+    from adaptbot_cli.adapters.store.git import Repo
 
-    return head(workspace.root)
+    repo = Repo.open(workspace.root)
+    return repo.head() if repo is not None else None
 
 
 def _tell_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:

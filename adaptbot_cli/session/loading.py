@@ -25,7 +25,7 @@ def load(
     Raises:
         UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
-    from adaptbot_cli.adapters.store.files import settled
+    from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 
     if at is not None:
@@ -61,9 +61,11 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
 
 
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
-    from adaptbot_cli.adapters.store.history import files_at
+    from adaptbot_cli.adapters.store.git import Repo
+    from adaptbot_cli.adapters.store.keeper import files_at
     from adaptbot_cli.errors import KnowledgeError
 
-    if not workspace.exists:
+    repo = Repo.open(workspace.root) if workspace.exists else None
+    if repo is None:
         raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")
-    return files_at(workspace.root, domain, revision)
+    return files_at(repo, domain, revision)

@@ -16,12 +16,12 @@ from adaptbot_cli.session.loading import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.graphs import Answered
+    from adaptbot_cli.adapters.store.engine import Answered
 
 
 def prefixes(home: Home) -> dict[str, str]:
     """Return the prefixes that a query need not declare; ex is the domain's own namespace."""
-    from adaptbot_cli.adapters.store.turtle.terms import KNOWN_PREFIXES
+    from adaptbot_cli.adapters.store.turtle import KNOWN_PREFIXES
 
     return {**KNOWN_PREFIXES, "ex": home.kg.domain.namespace}
 
@@ -32,7 +32,7 @@ def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
     Raises:
         UsageError: it is no valid query, is an update, or would reach the network.
     """
-    from adaptbot_cli.adapters.store.graphs import ask
+    from adaptbot_cli.adapters.store.engine import ask
 
     _keep_in(text)
     kg = load(home.workspace, home.domain, files) if files else home.kg
@@ -59,7 +59,7 @@ def update(home: Home, text: str) -> Proposal:
 
 
 def _updated(home: Home, text: str) -> frozenset[Triple]:
-    from adaptbot_cli.adapters.store.graphs import update as updated
+    from adaptbot_cli.adapters.store.engine import update as updated
 
     return updated(home.facts, home.kg.graph(SCHEMA), text, prefixes(home))
 
@@ -78,7 +78,7 @@ def exported(
     Raises:
         KnowledgeError, UsageError: there is no such revision or domain.
     """
-    from adaptbot_cli.adapters.store.graphs import write_graph
+    from adaptbot_cli.adapters.store.engine import write_graph
 
     kg = load(workspace, domain, at=at)
     names = {"attribute": [ATTRIBUTES], "state": [STATES]}.get(part, [ATTRIBUTES, STATES])
@@ -93,7 +93,7 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
     Raises:
         KnowledgeError: a file cannot be read, or is not valid.
     """
-    from adaptbot_cli.adapters.store.graphs import read_graph
+    from adaptbot_cli.adapters.store.engine import read_graph
 
     given = read_graph(files)
     base = frozenset({*home.kg.graph(ATTRIBUTES), *home.kg.graph(STATES)})

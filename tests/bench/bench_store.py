@@ -19,8 +19,7 @@ import rdflib
 from rdflib import RDF, Literal
 
 from adaptbot_cli import session
-from adaptbot_cli.adapters.store.keeper import Keeper
-from adaptbot_cli.adapters.store.opening import start
+from adaptbot_cli.adapters.store.keeper import Keeper, start
 from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, read_files, triples
 from adaptbot_cli.adapters.store.turtle import serialize
 from adaptbot_cli.core.faults import faults

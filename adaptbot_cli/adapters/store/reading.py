@@ -1,6 +1,5 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
-import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
@@ -9,6 +8,8 @@ from pathlib import Path
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
+from adaptbot_cli.adapters.store import files
+from adaptbot_cli.adapters.store.turtle import BOM
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -68,6 +69,7 @@ def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> Non
         if b"<<" in data:
             # Only a reading in Python finds triples in triples, which rdflib cannot hold.
             triples(data, path)
+        data = data.removeprefix(BOM.encode())
         store.bulk_load(data, _TURTLE, to_graph=pyoxigraph.NamedNode(graph))
 
 
@@ -155,16 +157,21 @@ def _bytes(path: Path) -> bytes:
         raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
 
 
-def read_files(folder: Path) -> dict[str, bytes]:
+def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
     """Return the contents of a pack's files, those that are there.
 
+    With `root`, a workspace that the folder lies in, no link below it is followed.
+
     Raises:
-        KnowledgeError: the folder cannot be read.
+        KnowledgeError: the folder or a file cannot be read, or is reached through a link.
     """
-    try:
-        return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {folder}: {error.strerror}") from error
+    if root is None:
+        with files.refusing(folder, "read"):
+            return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
+    path = folder.relative_to(root).as_posix()
+    found = [name for name in files.names(root, path) if name.endswith(".ttl")]
+    read = {name: files.read(root, f"{path}/{name}") for name in found}
+    return {name: data for name, data in read.items() if data is not None}
 
 
 def parse(data: bytes, path: str) -> Graph:
@@ -186,12 +193,12 @@ def triples(data: bytes, path: str) -> list[Triple]:
 def readable(data: bytes, path: str) -> None:
     """Make sure that a Turtle file can be read. Raises KnowledgeError."""
     with _told(path):
-        for _ in pyoxigraph.parse(data, format=_TURTLE):
+        for _ in _parser(data):
             pass
 
 
 def _parser(data: bytes) -> "pyoxigraph.QuadParser":
-    return pyoxigraph.parse(io.BytesIO(data), format=_TURTLE)
+    return pyoxigraph.parse(data.removeprefix(BOM.encode()), format=_TURTLE)
 
 
 def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:

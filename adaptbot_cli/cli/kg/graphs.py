@@ -21,7 +21,7 @@ from adaptbot_cli.cli.common import (
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.graphs import Answered
+    from adaptbot_cli.adapters.store.engine import Answered
     from adaptbot_cli.session.knowing import Home
 
 
@@ -82,7 +82,7 @@ def _text(sparql: str) -> str:
 
 
 def _show(answer: "Answered", home: "Home", json: bool) -> None:
-    from adaptbot_cli.adapters.store.graphs import write_graph
+    from adaptbot_cli.adapters.store.engine import write_graph
     from adaptbot_cli.adapters.tables.state import rows
     from adaptbot_cli.session.querying import prefixes
 

@@ -1,6 +1,5 @@
 """Graphs from files and to files: Turtle, N-Triples, JSON-LD, RDF/XML; queries and updates."""
 
-import io
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pyoxigraph
-from rdflib import BNode
 from rdflib.term import Node
 
-from adaptbot_cli.adapters.store.turtle import serialize
+from adaptbot_cli.adapters.store.turtle import BOM, engine, engine_term, serialize
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import in_order, unknown_prefixes
-from adaptbot_cli.core.terms import Triple, kept, node_of, term_of, triple_of
+from adaptbot_cli.core.terms import Triple, kept, node_of, triple_of
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 FORMATS: Mapping[str, Any] = {
@@ -55,7 +53,7 @@ def read_graph(paths: Sequence[Path]) -> Given:
             raise KnowledgeError(f"cannot read {path}: {reason}") from error
         try:
             form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
-            parser = pyoxigraph.parse(io.BytesIO(data), format=form)
+            parser = pyoxigraph.parse(data.removeprefix(BOM.encode()), format=form)
             triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
         except (SyntaxError, ValueError) as error:
@@ -70,7 +68,9 @@ def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str
     """Write a graph in a format of `FORMATS`; the same graph gives the same bytes."""
     if form == "turtle":
         return serialize(triples, prefixes).encode("utf-8")
-    dataset = pyoxigraph.Dataset(pyoxigraph.Quad(*map(term, triple)) for triple in set(triples))
+    dataset = pyoxigraph.Dataset(
+        pyoxigraph.Quad(*map(engine_term, triple)) for triple in set(triples)
+    )
     dataset.canonicalize(pyoxigraph.CanonicalizationAlgorithm.RDFC_1_0)
     ordered = sorted((quad.triple for quad in dataset), key=str)
     known = {} if form == "nt" else dict(prefixes)
@@ -78,16 +78,6 @@ def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str
     if form == "json-ld":
         return (json.dumps(json.loads(data), ensure_ascii=False, indent=1) + "\n").encode("utf-8")
     return data if data.endswith(b"\n") else data + b"\n"
-
-
-def term(node: Node) -> Any:
-    """Return a term as the engine's. Raises KnowledgeError for what is no term."""
-    try:
-        if isinstance(node, BNode):  # whose names may be anything in rdflib
-            return pyoxigraph.BlankNode("b" + str(node).encode().hex())
-        return term_of(node)
-    except ValueError as error:
-        raise KnowledgeError(f"{str(node)!r} cannot stand in a graph: {error}") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +135,7 @@ def update(
     schema = set(classes)
     store = pyoxigraph.Store()
     given = {*facts, *schema}
-    store.extend(pyoxigraph.Quad(*map(term, triple)) for triple in given)
+    store.extend(pyoxigraph.Quad(*map(engine_term, triple)) for triple in given)
     try:
         store.update(text, prefixes=dict(prefixes))
     except (SyntaxError, ValueError, OSError) as error:
@@ -168,7 +158,7 @@ def _store(graphs: Mapping[str, Collection[Triple]]) -> pyoxigraph.Store:
     for name, triples in graphs.items():
         graph = pyoxigraph.NamedNode(name)
         for place in (graph, pyoxigraph.DefaultGraph()):
-            store.extend(pyoxigraph.Quad(term(s), term(p), term(o), place) for s, p, o in triples)
+            store.extend(pyoxigraph.Quad(*engine(triple), place) for triple in triples)
     return store
 
 
