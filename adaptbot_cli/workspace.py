@@ -61,11 +61,26 @@ class Workspace:
 
     @property
     def transcripts(self) -> Path:
-        """The folder with the transcripts of its runs."""
-        return self.root / "transcripts"
+        """The folder with the transcripts of its runs.
+
+        Raises:
+            KnowledgeError: it is a symbolic link: what that leads to is not the workspace's.
+        """
+        folder = self.root / "transcripts"
+        if folder.is_symlink():
+            raise KnowledgeError(
+                f"{folder} is a symbolic link, and links in a workspace are not followed; put the "
+                "folder itself there"
+            )
+        return folder
 
     def domains(self) -> list[str]:
         """The names of the domains to choose from: its own and the bundled ones."""
+        if (self.root / "kg").is_symlink():
+            raise KnowledgeError(
+                f"{self.root / 'kg'} is a symbolic link, and links in a workspace are not "
+                "followed; put the folder itself there"
+            )
         folders = [self.root / "kg", bundled("kg")]
         found = {p.parent.name for f in folders if f.is_dir() for p in f.glob("*/*.ttl")}
         return sorted(found)
@@ -126,8 +141,35 @@ def find(option: Path | None) -> Workspace:
     Raises:
         KnowledgeError: its adaptbot.toml is no valid TOML, or a setting cannot be meant.
     """
-    root = option or _from_environment() or _above(Path.cwd()) or _user_folder()
+    root = option or _from_environment()
+    if root is None:
+        root = _above(Path.cwd()) or _user_folder()
+        _refuse_another_owner(root)
     return Workspace(root, _settings(root / CONFIG))
+
+
+def _refuse_another_owner(root: Path) -> None:
+    """Make sure that a workspace that nobody has named is the user's own, as git does.
+
+    Raises:
+        KnowledgeError: it, its settings or its repository belong to somebody else.
+    """
+    if not hasattr(os, "geteuid"):
+        return
+    owners = {os.geteuid()}
+    if 0 in owners and os.environ.get("SUDO_UID", "").isdigit():
+        owners.add(int(os.environ["SUDO_UID"]))
+    git = next((p / ".git" for p in (root, *root.parents) if (p / ".git").exists()), None)
+    for path in (root, root / CONFIG, root / "kg", *([git] if git else [])):
+        try:
+            owner = path.lstat().st_uid
+        except OSError:
+            continue
+        if owner not in owners:
+            raise KnowledgeError(
+                f"{path} belongs to another user, so the workspace {root} is not used by itself; "
+                f"if you trust it, name it: --workspace {root}"
+            )
 
 
 def _from_environment() -> Path | None:

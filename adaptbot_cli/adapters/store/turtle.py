@@ -254,10 +254,13 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
             found.setdefault(subject, []).append((place, scope))
     edits: list[tuple[int, int, str]] = []
     used: set[str] = set()
+    dropped: set[int] = set()
     for subject in dict.fromkeys([*gone, *new]):
-        edits += _edits(body, found.get(subject, []), subject, gone, new, newline, used, path)
+        edits += _edits(
+            body, found.get(subject, []), subject, gone, new, newline, used, dropped, path
+        )
     fresh = Writer(scope.prefixes, newline)
-    places = order
+    places = [place for place in order if place.start not in dropped]
     sorted_ = all(a.head <= b.head for a, b in pairwise(places))
     for subject in sorted((s for s in new if s not in found), key=fresh.term):
         block, name = fresh.block(subject, new[subject]), fresh.term(subject)
@@ -275,7 +278,8 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         at = head_end if head_end is not None else 0
         told = f"{newline}{lines}" if head_end is not None else f"{lines}{newline * 2}"
         edits.insert(0, (at, at, told))
-    for start, end, now in sorted(edits, key=lambda edit: edit[0], reverse=True):
+    # From the end on; of those at one place the first of the list comes first.
+    for start, end, now in reversed(sorted(edits, key=lambda edit: edit[:2])):
         body = body[:start] + now + body[end:]
     return text[: len(text) - len(text.removeprefix(BOM))] + body
 
@@ -288,6 +292,7 @@ def _edits(
     new: Mapping[Any, list[Any]],
     newline: str,
     used: set[str],
+    dropped: set[int],
     path: str,
 ) -> Iterator[tuple[int, int, str]]:
     """The edits of the blocks of one subject."""
@@ -316,6 +321,7 @@ def _edits(
         elif left or more:
             yield place.start, place.end, writer.block(subject, dict.fromkeys([*left, *more]))
         else:
+            dropped.add(place.start)
             yield (*_whole_lines(body, place), "")
         used |= writer.used
 
