@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BASE, DEV = ROOT / "constraints.txt", ROOT / "constraints-dev.txt"
 PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", re.MULTILINE)
-HEAD = "# Written by tools/constraints.py: the versions that were tested, with the hashes of their files.\n"
+HEAD = "# Written by tools/constraints.py: the tested versions, with the hashes of their files.\n"
 
 
 def resolved(*more: str) -> dict[str, str]:
