@@ -32,6 +32,12 @@ def check(
     task: Annotated[
         str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
     ] = "",
+    no_repair: Annotated[
+        bool,
+        typer.Option(
+            "--no-repair", help="Judge the plan as it is: put nothing in, leave none out."
+        ),
+    ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -43,7 +49,7 @@ def check(
     text = read_plan(plan)
     started = time.monotonic()
     graph = session.load(home, domain_name(domain, home), kg or ())
-    result = session.check(text, task_for(task, graph, items(requires)), graph)
+    result = session.check(text, task_for(task, graph, items(requires)), graph, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 
