@@ -68,7 +68,7 @@ def test_a_dry_run_judges_as_the_real_one(home: Home) -> None:
 
 
 def test_a_name_in_a_language_is_a_name(home: Home) -> None:
-    leek = 'INSERT DATA { ex:leek a ex:Object ; ex:obj_name "leek"@en ; ex:obj_location ex:fridge }'
+    leek = 'INSERT DATA { ex:leek a ex:object ; ex:obj_name "leek"@en ; ex:obj_location ex:fridge }'
     ended = home.adaptbot("kg", "query", leek, "--update", "--yes")
     assert ended.code == 0, ended.said
     assert home.adaptbot("kg", "show", "leek").code == 0
