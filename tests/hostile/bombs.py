@@ -9,7 +9,10 @@ TURTLE = {
     "triples in triples": "<x:a> <x:p> " + "<<( <x:a> <x:p> " * _DEEP + "1" + ")>>" * _DEEP + " .",
     "behind an escaped quote": "@prefix e: <x:> . e:a\\' e:p " + "[ e:p " * _DEEP + "'",
 }
+_VALUE = '<x:a> <x:p> "{}"^^<http://www.w3.org/2001/XMLSchema#{}> .'
 GRAPHS = {
+    "decimal.ttl": _VALUE.format("1E999999999", "decimal"),
+    "duration.ttl": _VALUE.format("P" + "9" * 1000 + "Y", "duration"),
     **{f"{name}.ttl": text for name, text in TURTLE.items()},
     "elements.rdf": f"<rdf:RDF {_XML}>" + "<e:C><e:p>" * _DEEP,
     "objects.jsonld": '{"@id":"x:a","x:p":' * _DEEP + "1" + "}" * _DEEP,
