@@ -1,0 +1,516 @@
+"""Steps in words: "Pick up the knife, then slice the apple on the cutting board".
+
+Verbs, particles and prepositions come from the domain; the few words of English grammar that hold
+them together stand in the tables here. An argument is placed by its preposition, by name; what has
+none keeps its place, and what a noun is, is for the checks to find out.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from adaptbot_cli.core.domain import Action
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal, parted
+from adaptbot_cli.core.plan import Call, keyworded
+
+_DETERMINERS = frozenset(
+    "the a an some your my our his her its their this that these those any of".split()
+)
+_PRONOUNS = frozenset("it them this that these those one".split())
+_PERSONS = frozenset("me us you him her them user human person robot yourself itself".split())
+_JOINING = frozenset(", ; & and then next finally first firstly second secondly third now also "
+                     "lastly afterwards afterward again subsequently please".split())  # fmt: skip
+_ADVERBS = frozenset("now again there here back away together well once more please too also up down "
+                     "over directly twice then just first aside off".split())  # fmt: skip
+_TAIL = frozenset("until till while so because as since when once before after which who where "
+                  "without except ensuring making".split())  # fmt: skip
+_IF = frozenset("if unless whenever whether".split())
+_PREPOSITIONS = frozenset(
+    "on onto in into inside to at from off under with using by for beside near over above below "
+    "behind upon atop through along against via toward towards between within out around".split()
+)
+_PHRASAL = {
+    ("on", "top", "of"): "on", ("out", "of"): "from", ("next", "to"): "beside", ("off", "of"): "off",
+    ("inside", "of"): "inside", ("in", "front", "of"): "before", ("with", "the", "help", "of"): "with",
+    ("by", "using"): "with", ("back", "to"): "to", ("back", "in"): "in", ("back", "on"): "on",
+    ("back", "into"): "into", ("over", "to"): "to", ("up", "to"): "to", ("down", "on"): "on",
+    ("away", "in"): "in", ("using",): "with", ("via",): "with",
+}  # fmt: skip
+_NUMBERS = dict(zip("one two three four five six seven eight nine ten".split(), "1 2 3 4 5 6 7 8 9 10".split(), strict=True))  # fmt: skip
+_TOKEN = re.compile(
+    r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
+)
+_LABEL = re.compile(
+    r"(?:[\s>*_#`•\-–—→|]|<\w+>)*(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
+    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
+    re.IGNORECASE,
+)
+_SUBJECT = re.compile(
+    r"(?:(?:i|you|we|the\s+robot|robot|it|he|she|they|the\s+agent|let's|let\s+us)"
+    r"(?:['’](?:ll|m|d))?\s+(?:(?:will|would|should|must|can|shall|need\s+to|have\s+to|has\s+to"
+    r"|needs\s+to|am\s+going\s+to|is\s+going\s+to|are\s+going\s+to|now|then|first|next|finally)\s+)*"
+    r"|let's\s+|let\s+us\s+|please\s+|(?:make\s+sure|remember|be\s+sure|try)\s+to\s+)",
+    re.IGNORECASE,
+)
+_NEGATED = re.compile(r"(?:please\s+)?(?:do\s+not|don['’]t|never|avoid|without)\b", re.IGNORECASE)
+OPEN = re.compile(
+    r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*|(?:then\s+|and\s+)?(?:(?:do|repeat|perform)\s+)?"
+    r"(?:(?:the\s+)?same\b(?!\s+time)|repeat\b|continue\b|likewise\b|similarly\b|ditto\b).*)",
+    re.IGNORECASE | re.DOTALL,
+)
+"""What stands for steps that are not written out."""
+CLOSED = re.compile(
+    r"\W*(?:done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)|(?:the\s+)?task\s+(?:is\s+)?"
+    r"(?:done|complete[d]?|finished))\W*",
+    re.IGNORECASE,
+)
+"""What ends a plan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """A name of an action as words: the verb's further words, and the actions that it may mean."""
+
+    name: str
+    rest: tuple[str, ...]
+    action: Action
+
+    def at(self, preposition: str) -> str:
+        """Name the parameter that a preposition marks, "" if none."""
+        return next((p.name for p in self.action.visible if preposition in p.prepositions), "")
+
+
+@dataclass(frozen=True, slots=True)
+class Clause:
+    """A verb with its arguments: one step, or one for each of several objects."""
+
+    calls: tuple[Call, ...]
+    known: bool
+    left_out: str = ""
+    condition: str = ""
+
+
+def _nothing(name: str) -> bool:
+    return False
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """The words of a domain that phrases are read with; by default there are none."""
+
+    verbs: Mapping[str, Sequence[Verb]] = field(default_factory=dict)
+    names: frozenset[str] = frozenset()
+    is_thing: Callable[[str], object] = _nothing
+
+    @classmethod
+    def of(cls, kg: Kg) -> "Vocabulary":
+        """Return the words of a home: the names of its actions, taught ones too, and of its things."""
+        verbs: dict[str, list[Verb]] = {}
+        names: set[str] = set()
+        for action in kg.domain.actions.values():
+            called = (name for part in action.called_as for name in part.names)
+            own = (
+                action.name,
+                action.verb,
+                action.family,
+                *action.aliases,
+                *called,
+                *kg.aliases(action.iri),
+            )
+            for name in dict.fromkeys(normal(name) for name in own if name):
+                first, *rest = name.split("_")
+                names.add(name)
+                verbs.setdefault(first, []).append(Verb(name, tuple(rest), action))
+        longest = {
+            first: sorted(found, key=lambda v: -len(v.rest)) for first, found in verbs.items()
+        }
+        return cls(longest, frozenset(names), kg.find)
+
+    def knows(self, name: str) -> bool:
+        """Tell whether a name is an action's."""
+        return normal(name) in self.names or normal(parted(name)) in self.names
+
+    def begins(self, phrase: str) -> bool:
+        """Tell whether a phrase begins with a verb of the domain."""
+        tokens = _tokens(_stripped(phrase))
+        at = _skip(tokens, 0)
+        return at < len(tokens) and bool(self._verbs(tokens[at])) and not CLOSED.fullmatch(phrase)
+
+    def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
+        """Read a phrase as steps; [] if it cannot be read as such.
+
+        With `unknown`, it may begin with a verb that is none of the domain's. `objects` are those
+        of the step before, which a pronoun stands for.
+        """
+        tokens = _tokens(_stripped(phrase))
+        found: list[Clause] = []
+        at = _skip(tokens, 0)
+        while at < len(tokens):
+            reader = _ClauseReader(self, tokens, at, objects)
+            clause = reader.read(bool(self.names) and (unknown or bool(found)))
+            if clause is None:
+                return []
+            found.append(clause)
+            objects = reader.objects or objects
+            at = _skip(tokens, reader.at)
+        return found
+
+    def _verbs(self, token: "_Token") -> Sequence[Verb]:
+        """Return the verbs that a word is a form of."""
+        if token.quoted:
+            return ()
+        word = normal(token.word)
+        whole = [Verb(word, (), v.action) for first in (word.partition("_")[0],)
+                 for v in self.verbs.get(first, ()) if "_" in word and v.name == word]  # fmt: skip
+        return whole or next((self.verbs[form] for form in _forms(word) if form in self.verbs), ())
+
+    def has_object(self, tokens: Sequence["_Token"], at: int) -> bool:
+        """Tell whether a verb of the domain stands at a token, with something behind it."""
+        behind = tokens[at + 1].word if at + 1 < len(tokens) else ","
+        if behind in _JOINING | _TAIL or not self._verbs(tokens[at]):
+            return False
+        return not self.is_thing(tokens[at].word)
+
+    def starts_clause(self, tokens: Sequence["_Token"], at: int) -> bool:
+        """Tell whether a clause begins at a token that follows a comma or "and"."""
+        if at >= len(tokens) or tokens[at].quoted:
+            return False
+        after = tokens[at + 1] if at + 1 < len(tokens) else None
+        if self._verbs(tokens[at]):
+            ends = after is None or after.word in (",", ";", "and", "then")
+            return not (ends and self.is_thing(tokens[at].word))
+        word = tokens[at].word
+        plain = word not in _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL and word.isalpha()
+        return bool(
+            plain and after and after.word in _DETERMINERS - {"of"} and not self.is_thing(word)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    word: str
+    written: str
+    quoted: bool = False
+
+
+def _tokens(phrase: str) -> list[_Token]:
+    found = []
+    for match in _TOKEN.finditer(phrase):
+        quoted = match[1] or match[2]
+        if quoted and re.fullmatch(r"[\w\s'’-]+", quoted):
+            found.append(_Token(quoted.lower(), quoted, True))
+        elif quoted:
+            found += _tokens(quoted)
+        else:
+            found.append(_Token(match[3].lower().replace("’", "'"), match[3]))
+    return found
+
+
+def _stripped(phrase: str) -> str:
+    """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
+    label = _LABEL.match(phrase)
+    phrase = re.sub(r"\*\*|__|</\w+>", "", phrase[label.end() if label else 0 :]).rstrip(" .!*_`|")
+    while True:
+        lead = re.match(
+            r"(?:(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+)",
+            phrase,
+            re.IGNORECASE,
+        )
+        subject = _SUBJECT.match(phrase)
+        end = max(m.end() if m else 0 for m in (lead, subject))
+        if not end:
+            return phrase
+        phrase = phrase[end:]
+
+
+def _skip(tokens: Sequence[_Token], at: int) -> int:
+    """Skip what joins clauses, and adverbs before a verb: "carefully"."""
+    while at < len(tokens) and not tokens[at].quoted:
+        word = tokens[at].word
+        if word not in _JOINING and not (word.endswith("ly") and at + 1 < len(tokens)):
+            break
+        at += 1
+    return at
+
+
+def _forms(word: str) -> Iterator[str]:
+    """Yield what a word may be a form of: "slicing" and "slices" are slice."""
+    yield word
+    for ending in ("ing", "es", "s", "ed"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            stem = word[: -len(ending)]
+            yield from (stem, f"{stem}e", stem[:-1]) if ending in ("ing", "ed") else (stem,)
+
+
+class _ClauseReader:
+    """Reads one clause from `at`; leaves `at` behind it and what its pronouns may mean."""
+
+    def __init__(
+        self, words: Vocabulary, tokens: Sequence[_Token], at: int, before: Sequence[str]
+    ) -> None:
+        self.at = at
+        self.objects: list[str] = []
+        self._words = words
+        self._tokens = tokens
+        self._before = before
+        self._left_out: list[str] = []
+        self._condition = ""
+
+    def read(self, unknown: bool) -> Clause | None:
+        first = self._tokens[self.at]
+        verbs = self._words._verbs(first)
+        if not verbs and not (unknown and first.word.isalpha() and not first.quoted):
+            return None
+        if not verbs and first.word in _DETERMINERS | _PREPOSITIONS | _PERSONS | _IF | _TAIL:
+            return None
+        self.at += 1
+        verb = self._particles(verbs) if verbs else None
+        command = re.search(r"\w[_-]\w", first.word) is not None
+        phrases = self._commanded() if command else self._phrases()
+        if verbs and verb is None:
+            verb = self._separated(verbs, phrases)
+            if verb is None:
+                return None
+        name = verb.name if verb else first.word
+        objects = [np for mark, nps in phrases if not mark for np in nps]
+        self.objects = objects or [np for _, nps in phrases for np in nps][:1]
+        return Clause(
+            tuple(self._calls(name, verb, objects, phrases)),
+            verb is not None,
+            ", ".join(self._left_out),
+            self._condition,
+        )
+
+    def _particles(self, verbs: Sequence[Verb]) -> Verb | None:
+        """Return the verb whose further words follow right here, if not that one alone."""
+        for verb in verbs:
+            here = tuple(token.word for token in self._tokens[self.at : self.at + len(verb.rest)])
+            if here == verb.rest:
+                if not verb.rest and any(v.rest for v in verbs) and self._has_apart(verbs):
+                    return None
+                self.at += len(verb.rest)
+                return verb
+        return None
+
+    def _has_apart(self, verbs: Sequence[Verb]) -> bool:
+        """Tell whether the particle of some verb stands behind its object: "turn the stove on"."""
+        particles = {v.rest[0] for v in verbs if len(v.rest) == 1}
+        for n in range(self.at + 1, min(len(self._tokens), self.at + 8)):
+            word = self._tokens[n].word
+            if word in particles:
+                after = self._tokens[n + 1].word if n + 1 < len(self._tokens) else ","
+                return after in _JOINING | _PREPOSITIONS | _TAIL
+            if word in _JOINING:
+                return False
+        return False
+
+    def _separated(
+        self, verbs: Sequence[Verb], phrases: list[tuple[str, list[str]]]
+    ) -> Verb | None:
+        """Return the verb whose particle stands behind the object, and take it from the phrases."""
+        for verb in verbs:
+            for n, (mark, nps) in enumerate(phrases):
+                if verb.rest == (mark,) and not nps:
+                    del phrases[n]
+                    return verb
+                if (
+                    verb.rest == (mark,)
+                    and n + 1 == len(phrases)
+                    and len(phrases) > 1
+                    and len(verb.rest) == 1
+                ):
+                    phrases[n] = (mark if verb.at(mark) else "", nps)
+                    return verb
+        return next(
+            (
+                verb
+                for verb in verbs
+                if not verb.rest
+                or len(verb.rest) == 1
+                and verb.rest[0] not in _ADVERBS | _PREPOSITIONS
+            ),
+            None,
+        )
+
+    def _commanded(self) -> list[tuple[str, list[str]]]:
+        """Read the arguments behind a name such as pick_up: each word, or a phrase with articles."""
+        words = [token.word for token in self._tokens[self.at :]]
+        if any(w in _DETERMINERS | _PREPOSITIONS | _JOINING for w in words) or len(words) > 4:
+            return self._phrases()
+        nps = [token.written for token in self._tokens[self.at :]]
+        self.at = len(self._tokens)
+        return [("", [np]) for np in nps]
+
+    def _phrases(self) -> list[tuple[str, list[str]]]:
+        """Read noun phrases up to the end of the clause, each list behind its preposition."""
+        found: list[tuple[str, list[str]]] = []
+        mark, nps = "", list[str]()
+        while self.at < len(self._tokens):
+            token = self._tokens[self.at]
+            word = token.word if not token.quoted else ""
+            if (
+                word in _IF
+                or (word in _TAIL and nps + [n for _, ns in found for n in ns])
+                or word in _TAIL
+            ):
+                self._tail(word)
+                break
+            if word in (",", ";", "&", "and", "then"):
+                after = _skip(self._tokens, self.at)
+                joined = {t.word for t in self._tokens[self.at : after]}
+                if {
+                    ";",
+                    "then",
+                    "finally",
+                    "next",
+                    "afterwards",
+                    "lastly",
+                } & joined or self._words.starts_clause(self._tokens, after):
+                    break
+                if not nps and not found:
+                    break
+                self.at = after
+                nps += self._noun_phrase()
+                continue
+            preposition, length = self._preposition()
+            if preposition:
+                if word == "to" and self._words.has_object(self._tokens, self.at + 1):
+                    self.at += 1
+                    break
+                if nps or mark:
+                    found.append((mark, nps))
+                mark, nps = preposition, []
+                self.at += length
+                nps += self._noun_phrase()
+                continue
+            before = self.at
+            more = self._noun_phrase()
+            if more and nps:
+                found.append((mark, nps))
+                mark, nps = "", []
+            nps += more
+            if self.at == before:
+                self.at += 1
+        return [*found, (mark, nps)] if nps or mark else found
+
+    def _preposition(self) -> tuple[str, int]:
+        words = tuple(token.word for token in self._tokens[self.at : self.at + 4])
+        if self._tokens[self.at].quoted:
+            return "", 0
+        for length in (4, 3, 2, 1):
+            if words[:length] in _PHRASAL:
+                return _PHRASAL[words[:length]], length
+        if words[0] in _PREPOSITIONS or (
+            words[0] in ("up", "down", "off", "away") and len(words) == 1
+        ):
+            return words[0], 1
+        return "", 0
+
+    def _tail(self, word: str) -> None:
+        """Note what the clause ends with, up to the next clause: "until it is brown"."""
+        start = self.at
+        while self.at < len(self._tokens):
+            self.at += 1
+            after = _skip(self._tokens, self.at)
+            if (
+                after > self.at
+                and after < len(self._tokens)
+                and self._words._verbs(self._tokens[after])
+            ):
+                break
+        told = " ".join(token.written for token in self._tokens[start : self.at])
+        if word in _IF:
+            self._condition = told
+        else:
+            self._left_out.append(told)
+
+    def _noun_phrase(self) -> list[str]:
+        """Read a noun phrase; a pronoun is what the steps before were about, a person nothing."""
+        parts: list[_Token] = []
+        while self.at < len(self._tokens):
+            token = self._tokens[self.at]
+            word = token.word
+            if token.quoted:
+                parts.append(token)
+                self.at += 1
+                break
+            if word == "of" and parts:
+                parts.append(token)
+            elif word in _IF | _TAIL | {",", ";", "&", "and", "then"} or (
+                self._preposition()[0] and word != "of"
+            ):
+                break
+            elif word in _DETERMINERS and parts and parts[-1].word != "of":
+                if not all(p.word in _PERSONS for p in parts):
+                    break
+                parts = []  # "bring me the apple"
+            elif word not in _DETERMINERS or self._ends(self.at + 1):
+                parts.append(token)
+            self.at += 1
+        kept = [p for p in parts if p.quoted or not (p.word in _ADVERBS or _is_manner(p.word))]
+        if not kept:
+            return []
+        if len(kept) == 1 and not kept[0].quoted and kept[0].word in _PRONOUNS:
+            return list(self.objects or self._before or [kept[0].word])
+        kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
+        return [" ".join(p.written for p in kept)]
+
+    def _ends(self, at: int) -> bool:
+        if at >= len(self._tokens):
+            return True
+        word = self._tokens[at].word
+        return word in _JOINING | _PREPOSITIONS | _TAIL | _IF | _ADVERBS
+
+    def _calls(
+        self, name: str, verb: Verb | None, objects: list[str], phrases: list[tuple[str, list[str]]]
+    ) -> Iterator[Call]:
+        """Yield the step, or one for each of several objects."""
+        placed: list[tuple[str, str]] = []
+        for n, (mark, nps) in enumerate(phrases):
+            if not mark:
+                continue
+            if all(np.lower() in _PERSONS for np in nps):
+                self._left_out.append(" ".join([mark, *nps]).strip())
+                continue
+            at = verb.at(mark) if verb else ""
+            taken = {parameter for parameter, _ in placed}
+            if verb and not at and any(mark in p.prepositions for p in verb.action.parameters):
+                self._left_out.append(f"{mark} {' and '.join(nps)}")  # the action finds its own
+            elif at and at not in taken:
+                placed += [(at, np) for np in nps]
+            elif at:
+                self._left_out.append(f"{mark} {' and '.join(nps)}")
+            elif n and verb and not any(np[:1].isdigit() for np in nps):
+                said = f" {mark} {' and '.join(nps)}"
+                if phrases[n - 1][0] == "" and objects:
+                    objects[-1] += said
+                elif placed:
+                    placed[-1] = (placed[-1][0], placed[-1][1] + said)
+                else:
+                    placed += [("", np) for np in nps]
+            else:
+                placed += [("", np) for np in nps]
+        groups = [nps for mark, nps in phrases if not mark] or [[]]
+        firsts = groups[0] if len(groups) == 1 else [""]
+        if len(groups) > 1:
+            yield keyworded(name, [*(("", np) for np in objects), *placed])
+            return
+        own = verb.action.visible[:1] if verb else ()
+        if own and objects and placed and own[0].name in {p for p, _ in placed}:
+            rest = [p for p in verb.action.visible[1:] if p.classes] if verb else []
+            if not rest:
+                self._left_out += objects
+                firsts = []
+        firsts = objects[: len(firsts)] if firsts and objects else []
+        for first in firsts or [None]:
+            yield keyworded(name, [*([("", first)] if first else []), *placed])
+
+
+def _is_manner(word: str) -> bool:
+    return word.endswith("ly") and len(word) > 4
+
+
+def is_negated(phrase: str) -> bool:
+    """Tell whether a phrase says what is not to be done."""
+    return bool(_NEGATED.match(_stripped(phrase)))
