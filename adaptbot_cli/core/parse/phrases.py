@@ -15,20 +15,16 @@ from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.plan import Call, keyworded
 
 _DETERMINERS = frozenset(
-    "the a an some your my our his her its their this that these those any of".split()
+    ["the", "a", "an", "some", "your", "my", "our", "his", "her", "its", "their", "this", "that", "these", "those", "any", "of"]
 )
-_PRONOUNS = frozenset("it them this that these those one".split())
-_PERSONS = frozenset("me us you him her them user human person robot yourself itself".split())
-_JOINING = frozenset(", ; & and then next finally first firstly second secondly third now also "
-                     "lastly afterwards afterward again subsequently please".split())  # fmt: skip
-_ADVERBS = frozenset("now again there here back away together well once more please too also up down "
-                     "over directly twice then just first aside off".split())  # fmt: skip
-_TAIL = frozenset("until till while so because as since when once before after which who where "
-                  "without except ensuring making".split())  # fmt: skip
-_IF = frozenset("if unless whenever whether".split())
+_PRONOUNS = frozenset(["it", "them", "this", "that", "these", "those", "one"])
+_PERSONS = frozenset(["me", "us", "you", "him", "her", "them", "user", "human", "person", "robot", "yourself", "itself"])
+_JOINING = frozenset([",", ";", "&", "and", "then", "next", "finally", "first", "firstly", "second", "secondly", "third", "now", "also", "lastly", "afterwards", "afterward", "again", "subsequently", "please"])  # fmt: skip
+_ADVERBS = frozenset(["now", "again", "there", "here", "back", "away", "together", "well", "once", "more", "please", "too", "also", "up", "down", "over", "directly", "twice", "then", "just", "first", "aside", "off"])  # fmt: skip
+_TAIL = frozenset(["until", "till", "while", "so", "because", "as", "since", "when", "once", "before", "after", "which", "who", "where", "without", "except", "ensuring", "making"])  # fmt: skip
+_IF = frozenset(["if", "unless", "whenever", "whether"])
 _PREPOSITIONS = frozenset(
-    "on onto in into inside to at from off under with using by for beside near over above below "
-    "behind upon atop through along against via toward towards between within out around".split()
+    ["on", "onto", "in", "into", "inside", "to", "at", "from", "off", "under", "with", "using", "by", "for", "beside", "near", "over", "above", "below", "behind", "upon", "atop", "through", "along", "against", "via", "toward", "towards", "between", "within", "out", "around"]
 )
 _PHRASAL = {
     ("on", "top", "of"): "on", ("out", "of"): "from", ("next", "to"): "beside", ("off", "of"): "off",
@@ -37,7 +33,8 @@ _PHRASAL = {
     ("back", "into"): "into", ("over", "to"): "to", ("up", "to"): "to", ("down", "on"): "on",
     ("away", "in"): "in", ("using",): "with", ("via",): "with",
 }  # fmt: skip
-_NUMBERS = dict(zip("one two three four five six seven eight nine ten".split(), "1 2 3 4 5 6 7 8 9 10".split(), strict=True))  # fmt: skip
+_PARTICLES = _ADVERBS | _PREPOSITIONS
+_NUMBERS = dict(zip(["one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"], ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10"], strict=True))  # fmt: skip
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
 )
@@ -61,7 +58,7 @@ OPEN = re.compile(
 )
 """What stands for steps that are not written out."""
 CLOSED = re.compile(
-    r"\W*(?:done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)|(?:the\s+)?task\s+(?:is\s+)?"
+    r"\W*(?:(?:serve\s+and\s+)?enjoy\b.*|done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)|(?:the\s+)?task\s+(?:is\s+)?"
     r"(?:done|complete[d]?|finished))\W*",
     re.IGNORECASE,
 )
@@ -89,6 +86,7 @@ class Clause:
     known: bool
     left_out: str = ""
     condition: str = ""
+    objects: Sequence[str] = ()
 
 
 def _nothing(name: str) -> bool:
@@ -135,7 +133,18 @@ class Vocabulary:
         """Tell whether a phrase begins with a verb of the domain."""
         tokens = _tokens(_stripped(phrase))
         at = _skip(tokens, 0)
-        return at < len(tokens) and bool(self._verbs(tokens[at])) and not CLOSED.fullmatch(phrase)
+        if at >= len(tokens) or CLOSED.fullmatch(phrase):
+            return False
+        verbs, behind = self._verbs(tokens[at]), tuple(token.word for token in tokens[at + 1 :])
+        fits = any(v.rest == behind[: len(v.rest)] or set(v.rest) & _PARTICLES for v in verbs)
+        return fits and bool(behind or not self.is_thing(tokens[at].word))
+
+    def shaped(self, phrase: str) -> bool:
+        """Tell whether a phrase looks like an order with a verb that the domain does not know."""
+        tokens = _tokens(_stripped(phrase))
+        at = _skip(tokens, 0)
+        after = tokens[at + 1].word if at + 1 < len(tokens) else ""
+        return after in ("it", "them") or self.starts_clause(tokens, at)
 
     def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
         """Read a phrase as steps; [] if it cannot be read as such.
@@ -148,7 +157,10 @@ class Vocabulary:
         at = _skip(tokens, 0)
         while at < len(tokens):
             reader = _ClauseReader(self, tokens, at, objects)
-            clause = reader.read(bool(self.names) and (unknown or bool(found)))
+            try:
+                clause = reader.read(bool(self.names) and (unknown or bool(found)))
+            except _UnreadError:
+                return []
             if clause is None:
                 return []
             found.append(clause)
@@ -207,10 +219,16 @@ def _tokens(phrase: str) -> list[_Token]:
     return found
 
 
+def label_end(phrase: str) -> int:
+    """Return where the marks end that lead an item: "Step 3:", "- [ ]"."""
+    label = _LABEL.match(phrase)
+    return label.end() if label else 0
+
+
 def _stripped(phrase: str) -> str:
     """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
-    label = _LABEL.match(phrase)
-    phrase = re.sub(r"\*\*|__|</\w+>", "", phrase[label.end() if label else 0 :]).rstrip(" .!*_`|")
+    phrase = phrase[label_end(phrase) :]
+    phrase = re.sub(r"\*\*|__|</\w+>|\s\([^()]*\)", "", phrase).rstrip(" .!*_`|")
     while True:
         lead = re.match(
             r"(?:(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+)",
@@ -241,6 +259,10 @@ def _forms(word: str) -> Iterator[str]:
         if word.endswith(ending) and len(word) > len(ending) + 2:
             stem = word[: -len(ending)]
             yield from (stem, f"{stem}e", stem[:-1]) if ending in ("ing", "ed") else (stem,)
+
+
+class _UnreadError(Exception):
+    """A clause cannot be read; never leaves this module."""
 
 
 class _ClauseReader:
@@ -274,12 +296,14 @@ class _ClauseReader:
                 return None
         name = verb.name if verb else first.word
         objects = [np for mark, nps in phrases if not mark for np in nps]
-        self.objects = objects or [np for _, nps in phrases for np in nps][:1]
+        if not (verb and any(p.datatype for p in verb.action.visible[:1])):
+            self.objects = objects or [np for _, nps in phrases for np in nps][:1]
         return Clause(
             tuple(self._calls(name, verb, objects, phrases)),
             verb is not None,
             ", ".join(self._left_out),
             self._condition,
+            self.objects,
         )
 
     def _particles(self, verbs: Sequence[Verb]) -> Verb | None:
@@ -326,9 +350,7 @@ class _ClauseReader:
             (
                 verb
                 for verb in verbs
-                if not verb.rest
-                or len(verb.rest) == 1
-                and verb.rest[0] not in _ADVERBS | _PREPOSITIONS
+                if not verb.rest or (len(verb.rest) == 1 and verb.rest[0] not in _PARTICLES)
             ),
             None,
         )
@@ -478,7 +500,9 @@ class _ClauseReader:
             if verb and not at and any(mark in p.prepositions for p in verb.action.parameters):
                 self._left_out.append(f"{mark} {' and '.join(nps)}")  # the action finds its own
             elif at and at not in taken:
-                placed += [(at, np) for np in nps]
+                if len(nps) > 1:
+                    raise _UnreadError  # which of them is meant, or what else is to be done?
+                placed.append((at, nps[0])) if nps else None
             elif at:
                 self._left_out.append(f"{mark} {' and '.join(nps)}")
             elif n and verb and not any(np[:1].isdigit() for np in nps):

@@ -59,7 +59,7 @@ _JSON = re.compile(
 )
 _SILENT = re.compile(
     r"(?:[\s\[\](){};,.`*_=\-|>~:]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*"
-    r"|<[/?]?\w[^<>]*>|assert\s+\w+|self\.\w+\s*=\s*\w+|(?:[-*]\s+)?\w+:\s*\d*"
+    r"|<[/?]?\w[^<>]*>|assert\s+\w+|self\.\w+\s*=\s*\w+|(?:[-*]\s+)?(?:step|id|index|number|order):\s*\d*"
     r"|(?:from\s+[\w.]+\s+)?import\s+[\w.*, ]+)(?:\s+#.*)?"
 )
 _SENTENCE = re.compile(
@@ -143,6 +143,7 @@ class _Reader:
         self._open = [self.root]
         self._fresh = self._blank = False
         self._line = Prose(0, "")
+        self._run = 0
 
     def read(self) -> None:
         """Read every line; each is at most read once by each form."""
@@ -151,7 +152,7 @@ class _Reader:
             end = self._line_end(pos)
             if end == pos or self._text[pos:end].isspace():
                 self._blank = True
-                self._line = Prose(pos, "", group=self._line.group, run=self._line.run + 1)
+                self._run += 1
                 pos = end + 1
                 continue
             self.at = pos
@@ -180,7 +181,7 @@ class _Reader:
             if fenced or not (line.startswith("##") or "`" in line):
                 self._separate(start, end)
                 if _AND_SO_ON.search(line):
-                    self._add(Prose(start, line.lstrip("#/%; "), code=PROSE, run=self._line.run))
+                    self._add(Prose(start, line.lstrip("#/%; "), code=PROSE, run=self._run))
                 return end + 1
         return self._read_statement(start, end, indent) + 1
 
@@ -190,7 +191,7 @@ class _Reader:
         marked = _MARKED.match(self._text, start, end) is not None
         apart = not marked and indent <= before.indent
         self._line = Prose(start, "", marked=marked, indent=indent, group=before.group + apart,
-                           run=before.run, fenced=self._fenced)  # fmt: skip
+                           run=self._run, fenced=self._fenced)  # fmt: skip
 
     def _read_fence(self, start: int, end: int) -> bool:
         """Note a line that opens or closes a code block."""
@@ -207,7 +208,7 @@ class _Reader:
             waiting.indent = -1
             self._open.append(waiting)
         self._fresh = False
-        self._line = Prose(start, "", group=self._line.group, run=self._line.run + 1)
+        self._run += 1
         self._separate(start, end)
         return True
 
@@ -311,7 +312,7 @@ class _Reader:
             heads = bool(_HEADING.match(self._text[start:content] + line[:_LONG]))
             self._add(Prose(content, line[:_LONGEST],
                     code=PROSE, marked=here.marked, heads=heads,
-                            fenced=self._fenced, indent=here.indent, group=here.group, run=here.run))  # fmt: skip
+                            fenced=self._fenced, indent=here.indent, group=here.group, run=self._run))  # fmt: skip
         return after
 
     def _scan(self, pos: int, end: int, condition: str) -> int:
@@ -405,7 +406,7 @@ class _Reader:
 
 
 _WRAPPERS = frozenset(
-    "do occurs occ o happens happen execute perform act exec apply run action step call plan todo holds_at".split()
+    ["do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply", "run", "action", "step", "call", "plan", "todo", "holds_at"]
 )
 _TIME = re.compile(
     r"\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"

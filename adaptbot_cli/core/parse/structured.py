@@ -215,14 +215,15 @@ class Structures:
         if self._is_called(node) and self._is_action(node.keys[0]):
             yield from self._called(node.keys[0], node.items[0], node)
             return
-        said = node.get(*_DESCRIBED) if planned else None
-        if said is not None and self._words.begins(said.text):
+        told = [value for key, value in node.entries() if planned and key in _DESCRIBED]
+        said = next((value for value in told if self._words.begins(value.text)), None)
+        if said is not None:
             yield from self._string(said)
             return
         for key, value in node.entries():
-            told = key in _PLANS or (value.kind == "string" and key in _TEXTS)
-            if told or value.kind in ("list", "map"):
-                yield from self._steps(value, planned=told)
+            plan = key in _PLANS or (value.kind == "string" and key in _TEXTS)
+            if plan or value.kind in ("list", "map"):
+                yield from self._steps(value, planned=plan)
 
     def _string(self, node: Node) -> list[Item]:
         """Read what a string holds, placed where the string stands."""
@@ -510,82 +511,6 @@ _ATTRIBUTE = re.compile(r"(\w+)\s*=\s*[\"']([^\"'<>]*)[\"']")
 _FIELD = re.compile(
     r"([\s>*]*+(?:(?:[-•+]|\d{1,3}[.)])[ ]+)?[*\"']*+)([^\W\d_][\w-]{0,40}+(?:[ ]\w{1,20}+)?(?:[ ]\d{1,3})?)"
     r"[*\"']*+[ ]*+:(?!:)[*_]*+((?:[ \t][^\n]*)?)"
-)
-_DEEPER.match(self._text, start, stop)
-            if match is None or match.start(2) - start <= column:
-                break
-            node.keys.append(match[2].strip(" :") if match[2].endswith(":") else "")
-            node.items.append(Node("string", match.start(3), stop, match[3].strip(" \"'")))
-            end = node.end = stop
-        if not any(node.keys):
-            node.kind, node.keys = "list", []
-        return node, end
-
-    def table(self, start: int, end: int) -> tuple[list[Item], int] | None:
-        """Read a table with a column for the action; returns its steps and where it ends."""
-        text = self._text
-        rule = _RULE.match(text, end + 1)
-        if rule is None or text[start:end].count("|") < 2:
-            return None
-        keys = [_key(cell) for cell, _ in _cells(text, start, end)]
-        at = next((n for n, key in enumerate(keys) if key in (*_NAMED, "command", "verb")), -1)
-        if at < 0:
-            return None
-        items: list[Item] = []
-        end = rule.end()
-        while text[end + 1 : end + 2] == "|" or _ROW.match(text, end + 1):
-            start, end = end + 1, text.find("\n", end + 1)
-            end = len(text) if end < 0 else end
-            cells = _cells(text, start, end)
-            if len(cells) <= at:
-                break
-            given = [
-                (k, c, p) for k, (c, p) in zip(keys, cells, strict=False) if c.lower() not in _EMPTY
-            ]
-            nodes = [Node("string", p, p + len(c), c.strip("`*")) for _, c, p in given]
-            row = Node("map", cells[0][1], end, items=nodes, keys=[k for k, _, _ in given])
-            if keys[at] in row.keys:
-                row.keys[row.keys.index(keys[at])] = "action"
-                items += self._steps(row, planned=True)
-        return (items, end) if items else None
-
-    def script(self, start: int, content: int, end: int, fenced: bool) -> list[Item]:
-        """Read a line of a program for a simulator or planner: `[WALK] <sink> (1)`, `(cut egg)`."""
-        line = self._text[content:end]
-        match = _BRACKETS.match(self._text, start, end)
-        if match and (match[2].strip() or self._is_action(match[1])):
-            args = tuple(name.strip() for name in re.findall(r"<([^<>]*)>", match[2]))
-            call = keyworded(
-                match[1].strip().lower().replace(" ", "_"), [("", arg) for arg in args]
-            )
-            return [Item(match.start(1) - 1, match[0].strip(), call)]
-        whole = _PDDL.fullmatch(line)
-        if whole is None:
-            return []
-        found = []
-        for part in _ATOM.finditer(self._text, content + whole.start(2), content + whole.end(2)):
-            if not (fenced or whole[1] or self._is_action(part[1])):
-                return []
-            args = tuple(part[2].split())
-            found.append(
-                Item(part.start(), part[0], keyworded(part[1], [("", arg) for arg in args]))
-            )
-        return found
-
-
-_TAGGED = ("action", "name", "tool_name", "function_name", "function", "tool")
-_OPEN = re.compile(
-    r"<(invoke|function_call|function|tool_call|tool_use|tool|call|action|step)\b"
-    r"(?:=([\w.]+)|([^<>]*?))\s*(/?)>",
-    re.IGNORECASE,
-)
-_LEAF = re.compile(
-    r"<(\w+)(?:=(\w+)|[^<>]*?\bname\s*=\s*[\"'](\w+)[\"'][^<>]*|[^<>]*)>([^<]*)</\1\s*>"
-)
-_SAID = re.compile(r"\s*([^\W\d]\w*)\s*(?=<)")
-_ATTRIBUTE = re.compile(r"(\w+)\s*=\s*[\"']([^\"'<>]*)[\"']")
-_FIELD = re.compile(
-    r"([\s>*_]*(?:(?:[-•+]|\d+[.)])[ ]+)?[*_\"']*)([^\W\d][\w-]*(?:[ ]\w+)?(?:[ ]\d+)?)[*_\"']*[ ]*:(?!:)[*_]*((?:[ \t][^\n]*)?)"
 )
 _DEEPER = re.compile(r"([ \t]*)((?:-[ ]|[^\W\d]\w*:))[ \t]*([^\n]*)")
 _BRACKETED = re.compile(r"([a-zA-Z]\w*)\[([^\[\]\n]*)\]")

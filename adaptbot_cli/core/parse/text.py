@@ -3,11 +3,10 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 
 from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
 from adaptbot_cli.core.parse.code import GAP, PROSE
-from adaptbot_cli.core.parse.phrases import CLOSED, OPEN, Vocabulary, is_negated
+from adaptbot_cli.core.parse.phrases import CLOSED, OPEN, Vocabulary, is_negated, label_end
 from adaptbot_cli.core.parse.reader import Prose, ReadText, read_text
 from adaptbot_cli.core.parse.repeats import without_repeats
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
@@ -31,6 +30,7 @@ _MARK = re.compile(
     rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--)"
     r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
+    r"|(?P<frame><\|(?:start|channel|message|end)\|>(?:assistant|final)?)"
     r"|(?<!~)~~(?![~\s])(?:[^~\n]|~(?!~))*+~~(?!~)",
     re.IGNORECASE | re.MULTILINE,
 )
@@ -161,6 +161,7 @@ def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
         elif item.code == PROSE:
             yield from settle.steps(item.start, item.source, marked=True)
         else:
+            settle.objects = item.call.args[:1] if item.call and item.call.args else settle.objects
             yield item
 
 
@@ -169,7 +170,7 @@ class _Settling:
 
     def __init__(self, words: Vocabulary) -> None:
         self.words = words
-        self._objects: Sequence[str] = ()
+        self.objects: Sequence[str] = ()
 
     def steps(
         self, start: int, source: str, marked: bool, condition: str = "", unknown: bool = True
@@ -188,7 +189,7 @@ class _Settling:
         for at, sentence in _sentences(source):
             known = self.words.begins(sentence)
             clauses = (
-                self.words.read(sentence, unknown and marked, self._objects)
+                self.words.read(sentence, unknown and marked, self.objects)
                 if known or marked
                 else []
             )
@@ -199,26 +200,27 @@ class _Settling:
                 if condition or clause.condition:
                     yield conditional(where, sentence, condition or clause.condition)
                     continue
+                self.objects = clause.objects or self.objects
                 for call in clause.calls:
-                    self._objects = call.args[:1] or self._objects
                     yield Item(where, sentence, call)
-                if clause.left_out:
-                    message = (
-                        f"`{clause.left_out}` in {shown(sentence)} is left out: no action takes it."
-                    )
+                aside = re.search(r"\s\(([^()]*)\)", sentence)
+                left_out = ", ".join(filter(None, [clause.left_out, aside[1] if aside else ""]))
+                if left_out:
+                    message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
                     yield Item(where, sentence, code=LEFT_OUT, message=message)
 
     def _unread(self, start: int, source: str, blocks: bool) -> Item:
         """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
         if not blocks:
             return Item(start, source, code=LEFT_OUT)
-        message = f"{shown(source)} seems to be a step, but neither can be read as one nor does a call do it."
+        message = f"{shown(source)} looks like a step, but is none that can be read."
         return Item(start, source, code=LEFT_OUT, message=message, time=1)
 
 
 def _sentences(source: str) -> list[tuple[int, str]]:
     """Return the sentences of a line, and the items of a list that stands in one line."""
-    marks = list(_INLINE.finditer(source))
+    lead = label_end(source)
+    marks = list(_INLINE.finditer(source, lead))
     numbers = [int(mark[1]) for mark in marks]
     if (
         numbers
@@ -226,11 +228,11 @@ def _sentences(source: str) -> list[tuple[int, str]]:
         and numbers == list(range(numbers[0], len(marks) + numbers[0]))
     ):
         # What leads the first number is an announcement; the line's own mark has been read.
-        bounds = [0] * (numbers[0] == 2) + [m.end() for m in marks]
+        bounds = [lead] * (numbers[0] == 2) + [m.end() for m in marks]
         ends = [*(m.start() for m in marks[numbers[0] == 1 :]), len(source)]
         parts = list(zip(bounds, ends, strict=True))
     else:
-        starts = [0, *(m.end() for m in _SENTENCE.finditer(source))]
+        starts = [lead, *(m.end() for m in _SENTENCE.finditer(source, lead))]
         parts = list(zip(starts, [*starts[1:], len(source)], strict=True))
     found = [(at, source[at:end].strip(" ,;")) for at, end in parts]
     return [
@@ -298,7 +300,7 @@ class _Phrased(_Settling):
             (begins or is_negated(item.source)) and self._plans and not item.heads
         ):
             yield from self.steps(item.start, item.source, False, item.message, unknown=False)
-        elif self._plans and OPEN.fullmatch(item.source) or item.message and begins:
+        elif (self._plans and OPEN.fullmatch(item.source)) or (item.message and begins):
             yield from self.steps(item.start, item.source, False, item.message)
 
 
@@ -340,8 +342,11 @@ class _Mixed(_Settling):
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
         before, behind = self._nearest(n, item, -1), self._nearest(n, item, 1)
-        begins = any(self.words.begins(s) for _, s in _sentences(item.source))
         sibling = item.marked and (item.group, item.indent) in self._lists
+        begins = any(
+            self.words.begins(s) or (sibling and self.words.shaped(s))
+            for _, s in _sentences(item.source)
+        )
         headed = item.heads or self._has_body(n, item)
         if not headed and (sibling or ((before or behind) and begins and not item.fenced)):
             if begins and self._describes(item, before, behind):
@@ -380,7 +385,9 @@ class _Mixed(_Settling):
 
     def _describes(self, item: Prose, before: Call | None, behind: Call | None) -> bool:
         """Tell whether a line only says in words what the call beside it does."""
-        said = [c for clause in self.words.read(item.source, False) for c in clause.calls]
+        said = [
+            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
+        ]
         for beside in (before, behind):
             for call in said:
                 if beside is not None and self._meaning(call) == self._meaning(beside):
@@ -394,7 +401,9 @@ class _Mixed(_Settling):
 
         It blocks unless the calls are the fuller account, of all the things that it names.
         """
-        said = [c for clause in self.words.read(item.source, False) for c in clause.calls]
+        said = [
+            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
+        ]
         if said and all(self._meaning(call) in self._done for call in said):
             return
         named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
@@ -437,10 +446,9 @@ def _no_plan(text: str, read: ReadText, findings: list[Finding]) -> str:
     items = [row for row in rows if re.match(r"(?:[-*•]|\d+[.)、])\s*\S", row)]
     quoted = ", ".join(shown(row[:SHOWN]) for row in (items or rows)[:2])
     if items:
-        return (
-            f"The text holds {len(items)} items of a list in words that could not be read as steps: "
-            f'{quoted}. Write each as a call such as `action("item")`.'
-        )
+        many = f"{len(items)} items" if len(items) > 1 else "one item"
+        told = f"The text holds {many} of a list in words that could not be read as steps"
+        return f'{told}: {quoted}. Write each as a call such as `action("item")`.'
     return f'The text holds no call such as `action("item")`: it is only prose: {quoted}.'
 
 
