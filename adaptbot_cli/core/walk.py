@@ -30,9 +30,11 @@ from adaptbot_cli.core.terms import TRUE
 @dataclass(slots=True)
 class Walk:
     """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
-    `left_there` are things that cannot be picked up and need not be."""
+    `left_there` are things that cannot be picked up and need not be. Without `repair` no step is
+    inserted."""
 
     kg: Kg
+    repair: bool = True
     steps: list[Step] = field(default_factory=list)
     bounds: list[Bound | None] = field(default_factory=list)
     deltas: list[Delta] = field(default_factory=list)
@@ -154,7 +156,7 @@ class Walk:
         if aim.holds():
             return None
         mark = self.kg.mark
-        inserted = Repair(self.kg).achieve(aim)
+        inserted = Repair(self.kg).achieve(aim) if self.repair else None
         if inserted is None:
             return Finding("E401", message)
         self.insert(inserted, message, mark)

@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.plan import Task
 
 
-def check(text: str, task: "Task", kg: "Kg") -> Result:
-    """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
+def check(text: str, task: "Task", kg: "Kg", repair: bool = True) -> Result:
+    """Check a plan's text on a graph, without model or human. Nothing in the world changes.
+
+    Without `repair` the plan is judged as it is.
+    """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
     from adaptbot_cli.core.execute import Rehearsal
@@ -25,7 +28,7 @@ def check(text: str, task: "Task", kg: "Kg") -> Result:
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parser(kg), text), ports)
+    return drive(inspect(task, kg, parser(kg), text, repair), ports)
 
 
 def replay(

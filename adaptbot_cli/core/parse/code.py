@@ -36,7 +36,8 @@ _FOR = re.compile(
     r"|for\s*\(\s*(?:const|let|var)\s+(?P<js>\w+)\s+of\s+(?P<list>[^\n]{1,4000}?)\)\s*\{"
 )
 _BINDING = re.compile(
-    r"(?:(?:const|let|var)\s+)?([^\W\d]\w*)\s*(?::\s*\w[\w\[\], ]*)?=\s*(?=[\[\"'({]|[\d.]+\s*(?:[;\#]|\Z|\n))"
+    r"(?:(?:const|let|var)\s+)?([^\W\d]\w*)\s*(?::\s*\w[\w\[\], ]*)?="
+    r"\s*(?=[\[\"'({]|[\d.]+\s*(?:[;\#]|\Z|\n))"
 )
 _RETURN = re.compile(r"return\b")
 _JUMP = re.compile(r"(?:break|continue)\b\s*;?\s*(?:#|\Z)")

@@ -14,32 +14,44 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.plan import Call, keyworded
 
-_DETERMINERS = frozenset(
-    ["the", "a", "an", "some", "your", "my", "our", "his", "her", "its", "their", "this", "that", "these", "those", "any", "of"]
+_ENGLISH = """
+determiner: the a an some your my our his her its their this that these those any of
+pronoun: it them this that these those one
+person: me us you him her them user human person robot yourself itself
+joining: , ; & and then next finally first firstly second secondly third now also lastly afterwards
+  afterward again subsequently please
+adverb: now again there here back away together well once more please too also up down over directly
+  twice then just first aside off
+tail: until till while so because as since when once before after which who where without except
+  ensuring making
+if: if unless whenever whether
+preposition: on onto in into inside to at from off under with using by for beside near over above
+  below behind upon atop through along against via toward towards between within out around
+number: one=1 two=2 three=3 four=4 five=5 six=6 seven=7 eight=8 nine=9 ten=10
+phrase: on_top_of=on out_of=from next_to=beside off_of=off inside_of=inside in_front_of=before
+  with_the_help_of=with by_using=with back_to=to back_in=in back_on=on back_into=into over_to=to
+  up_to=to down_on=on away_in=in using=with via=with
+"""
+_TABLE = {
+    name: words.split()
+    for name, words in re.findall(r"^(\w+):((?:.|\n )*)", _ENGLISH, re.MULTILINE)
+}
+_DETERMINERS, _PRONOUNS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
+    frozenset(_TABLE[name]) for name in list(_TABLE)[:8]
 )
-_PRONOUNS = frozenset(["it", "them", "this", "that", "these", "those", "one"])
-_PERSONS = frozenset(["me", "us", "you", "him", "her", "them", "user", "human", "person", "robot", "yourself", "itself"])
-_JOINING = frozenset([",", ";", "&", "and", "then", "next", "finally", "first", "firstly", "second", "secondly", "third", "now", "also", "lastly", "afterwards", "afterward", "again", "subsequently", "please"])  # fmt: skip
-_ADVERBS = frozenset(["now", "again", "there", "here", "back", "away", "together", "well", "once", "more", "please", "too", "also", "up", "down", "over", "directly", "twice", "then", "just", "first", "aside", "off"])  # fmt: skip
-_TAIL = frozenset(["until", "till", "while", "so", "because", "as", "since", "when", "once", "before", "after", "which", "who", "where", "without", "except", "ensuring", "making"])  # fmt: skip
-_IF = frozenset(["if", "unless", "whenever", "whether"])
-_PREPOSITIONS = frozenset(
-    ["on", "onto", "in", "into", "inside", "to", "at", "from", "off", "under", "with", "using", "by", "for", "beside", "near", "over", "above", "below", "behind", "upon", "atop", "through", "along", "against", "via", "toward", "towards", "between", "within", "out", "around"]
-)
+_NUMBERS = dict(word.split("=") for word in _TABLE["number"])
 _PHRASAL = {
-    ("on", "top", "of"): "on", ("out", "of"): "from", ("next", "to"): "beside", ("off", "of"): "off",
-    ("inside", "of"): "inside", ("in", "front", "of"): "before", ("with", "the", "help", "of"): "with",
-    ("by", "using"): "with", ("back", "to"): "to", ("back", "in"): "in", ("back", "on"): "on",
-    ("back", "into"): "into", ("over", "to"): "to", ("up", "to"): "to", ("down", "on"): "on",
-    ("away", "in"): "in", ("using",): "with", ("via",): "with",
-}  # fmt: skip
+    tuple(words.split("_")): word
+    for words, word in (entry.split("=") for entry in _TABLE["phrase"])
+}
 _PARTICLES = _ADVERBS | _PREPOSITIONS
-_NUMBERS = dict(zip(["one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"], ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10"], strict=True))  # fmt: skip
 _TOKEN = re.compile(
-    r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
+    r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
+    r"|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
 )
 _LABEL = re.compile(
-    r"(?:[\s>*_#`•\-–—→|]|<\w+>)*(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
+    r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
+    r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
     r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
     re.IGNORECASE,
 )
@@ -52,14 +64,14 @@ _SUBJECT = re.compile(
 )
 _NEGATED = re.compile(r"(?:please\s+)?(?:do\s+not|don['’]t|never|avoid|without)\b", re.IGNORECASE)
 OPEN = re.compile(
-    r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*|(?:then\s+|and\s+)?(?:(?:do|repeat|perform)\s+)?"
-    r"(?:(?:the\s+)?same\b(?!\s+time)|repeat\b|continue\b|likewise\b|similarly\b|ditto\b).*)",
+    r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*"
+    r"|(?:then\s+|and\s+)?(?:(?:do|repeat|perform)\s+)?(?:(?:the\s+)?same\b(?!\s+time)|repeat\b|continue\b|likewise\b|similarly\b|ditto\b).*)",
     re.IGNORECASE | re.DOTALL,
 )
 """What stands for steps that are not written out."""
 CLOSED = re.compile(
-    r"\W*(?:(?:serve\s+and\s+)?enjoy\b.*|done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)|(?:the\s+)?task\s+(?:is\s+)?"
-    r"(?:done|complete[d]?|finished))\W*",
+    r"\W*(?:(?:serve\s+and\s+)?enjoy\b.*|done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)"
+    r"|(?:the\s+)?task\s+(?:is\s+)?(?:done|complete[d]?|finished))\W*",
     re.IGNORECASE,
 )
 """What ends a plan."""
@@ -73,9 +85,11 @@ class Verb:
     rest: tuple[str, ...]
     action: Action
 
-    def at(self, preposition: str) -> str:
-        """Name the parameter that a preposition marks, "" if none."""
-        return next((p.name for p in self.action.visible if preposition in p.prepositions), "")
+    def at(self, preposition: str, with_object: bool) -> str:
+        """Name the parameter that a preposition marks, "" if none; an object is the first one."""
+        marked = [p.name for p in self.action.visible if preposition in p.prepositions]
+        first = self.action.visible[0].name if self.action.visible and with_object else ""
+        return next((name for name in marked if name != first), next(iter(marked), ""))
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +117,7 @@ class Vocabulary:
 
     @classmethod
     def of(cls, kg: Kg) -> "Vocabulary":
-        """Return the words of a home: the names of its actions, taught ones too, and of its things."""
+        """Return the words of a home: names of its actions, taught ones too, and of its things."""
         verbs: dict[str, list[Verb]] = {}
         names: set[str] = set()
         for action in kg.domain.actions.values():
@@ -344,7 +358,7 @@ class _ClauseReader:
                     and len(phrases) > 1
                     and len(verb.rest) == 1
                 ):
-                    phrases[n] = (mark if verb.at(mark) else "", nps)
+                    phrases[n] = (mark if verb.at(mark, True) else "", nps)
                     return verb
         return next(
             (
@@ -356,7 +370,7 @@ class _ClauseReader:
         )
 
     def _commanded(self) -> list[tuple[str, list[str]]]:
-        """Read the arguments behind a name such as pick_up: each word, or a phrase with articles."""
+        """Read the arguments behind a name such as pick_up: single words, or phrases."""
         words = [token.word for token in self._tokens[self.at :]]
         if any(w in _DETERMINERS | _PREPOSITIONS | _JOINING for w in words) or len(words) > 4:
             return self._phrases()
@@ -488,47 +502,35 @@ class _ClauseReader:
         self, name: str, verb: Verb | None, objects: list[str], phrases: list[tuple[str, list[str]]]
     ) -> Iterator[Call]:
         """Yield the step, or one for each of several objects."""
-        placed: list[tuple[str, str]] = []
-        for n, (mark, nps) in enumerate(phrases):
-            if not mark:
+        placed: dict[str, str] = {}
+        others: list[str] = []
+        for mark, nps in phrases:
+            if not mark or not nps:
                 continue
-            if all(np.lower() in _PERSONS for np in nps):
-                self._left_out.append(" ".join([mark, *nps]).strip())
-                continue
-            at = verb.at(mark) if verb else ""
-            taken = {parameter for parameter, _ in placed}
-            if verb and not at and any(mark in p.prepositions for p in verb.action.parameters):
-                self._left_out.append(f"{mark} {' and '.join(nps)}")  # the action finds its own
-            elif at and at not in taken:
-                if len(nps) > 1:
-                    raise _UnreadError  # which of them is meant, or what else is to be done?
-                placed.append((at, nps[0])) if nps else None
+            said = f"{mark} {' and '.join(nps)}"
+            at = verb.at(mark, bool(objects)) if verb else ""
+            hidden = verb and any(mark in p.prepositions for p in verb.action.parameters)
+            if all(np.lower() in _PERSONS for np in nps) or at in placed or (hidden and not at):
+                self._left_out.append(said)  # the action finds its own
+            elif at and len(nps) > 1:
+                raise _UnreadError  # which of them is meant, or what else is to be done?
             elif at:
-                self._left_out.append(f"{mark} {' and '.join(nps)}")
-            elif n and verb and not any(np[:1].isdigit() for np in nps):
-                said = f" {mark} {' and '.join(nps)}"
-                if phrases[n - 1][0] == "" and objects:
-                    objects[-1] += said
-                elif placed:
-                    placed[-1] = (placed[-1][0], placed[-1][1] + said)
-                else:
-                    placed += [("", np) for np in nps]
+                placed[at] = nps[0]
+            elif not verb or not (objects or placed) or nps[0][:1].isdigit():
+                others += nps
+            elif objects:
+                objects[-1] += f" {said}"  # "the pan on the stove" is one thing
             else:
-                placed += [("", np) for np in nps]
-        groups = [nps for mark, nps in phrases if not mark] or [[]]
-        firsts = groups[0] if len(groups) == 1 else [""]
-        if len(groups) > 1:
-            yield keyworded(name, [*(("", np) for np in objects), *placed])
+                placed[list(placed)[-1]] += f" {said}"
+        behind = [*placed.items(), *(("", np) for np in others)]
+        if verb and placed and objects and verb.action.visible[0].name in placed:
+            self._left_out += objects  # what is mixed in the bowl is what the bowl holds
+            objects = []
+        if sum(not mark for mark, _ in phrases) > 1:
+            yield keyworded(name, [*(("", np) for np in objects), *behind])
             return
-        own = verb.action.visible[:1] if verb else ()
-        if own and objects and placed and own[0].name in {p for p, _ in placed}:
-            rest = [p for p in verb.action.visible[1:] if p.classes] if verb else []
-            if not rest:
-                self._left_out += objects
-                firsts = []
-        firsts = objects[: len(firsts)] if firsts and objects else []
-        for first in firsts or [None]:
-            yield keyworded(name, [*([("", first)] if first else []), *placed])
+        for first in [[("", np)] for np in objects] or [list[tuple[str, str]]()]:
+            yield keyworded(name, [*first, *behind])
 
 
 def _is_manner(word: str) -> bool:

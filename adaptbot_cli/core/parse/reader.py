@@ -312,7 +312,8 @@ class _Reader:
             heads = bool(_HEADING.match(self._text[start:content] + line[:_LONG]))
             self._add(Prose(content, line[:_LONGEST],
                     code=PROSE, marked=here.marked, heads=heads,
-                            fenced=self._fenced, indent=here.indent, group=here.group, run=self._run))  # fmt: skip
+                            fenced=self._fenced, indent=here.indent, group=here.group,
+                            run=self._run))  # fmt: skip
         return after
 
     def _scan(self, pos: int, end: int, condition: str) -> int:
@@ -406,8 +407,9 @@ class _Reader:
 
 
 _WRAPPERS = frozenset(
-    ["do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply", "run", "action", "step", "call", "plan", "todo", "holds_at"]
-)
+    {"do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply",
+     "run", "action", "step", "call", "plan", "todo"}
+)  # fmt: skip
 _TIME = re.compile(
     r"\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"
 )

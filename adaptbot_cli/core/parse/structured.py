@@ -166,6 +166,7 @@ class Structures:
         self._text = text
         self._read = read
         self._words = words
+        self._no_table_before = 0
 
     def json(self, pos: int) -> tuple[list[Item], int]:
         """Read the value at `pos` as a plan; returns its items and where the reading ended.
@@ -449,7 +450,7 @@ class Structures:
         """Read a table with a column for the action; returns its steps and where it ends."""
         text = self._text
         rule = _RULE.match(text, end + 1)
-        if rule is None or text[start:end].count("|") < 2:
+        if rule is None or start < self._no_table_before or text[start:end].count("|") < 2:
             return None
         keys = [_key(cell) for cell, _ in _cells(text, start, end)]
         at = next((n for n, key in enumerate(keys) if key in (*_NAMED, "command", "verb")), -1)
@@ -471,6 +472,7 @@ class Structures:
             if keys[at] in row.keys:
                 row.keys[row.keys.index(keys[at])] = "action"
                 items += self._steps(row, planned=True)
+        self._no_table_before = end
         return (items, end) if items else None
 
     def script(self, start: int, content: int, end: int, fenced: bool) -> list[Item]:
@@ -509,7 +511,8 @@ _LEAF = re.compile(
 _SAID = re.compile(r"\s*([^\W\d]\w*)\s*(?=<)")
 _ATTRIBUTE = re.compile(r"(\w+)\s*=\s*[\"']([^\"'<>]*)[\"']")
 _FIELD = re.compile(
-    r"([\s>*]*+(?:(?:[-•+]|\d{1,3}[.)])[ ]+)?[*\"']*+)([^\W\d_][\w-]{0,40}+(?:[ ]\w{1,20}+)?(?:[ ]\d{1,3})?)"
+    r"([\s>*]*+(?:(?:[-•+]|\d{1,3}[.)])[ ]+)?[*\"']*+)"
+    r"([^\W\d_][\w-]{0,40}+(?:[ ]\w{1,20}+)?(?:[ ]\d{1,3})?)"
     r"[*\"']*+[ ]*+:(?!:)[*_]*+((?:[ \t][^\n]*)?)"
 )
 _DEEPER = re.compile(r"([ \t]*)((?:-[ ]|[^\W\d]\w*:))[ \t]*([^\n]*)")
@@ -517,7 +520,8 @@ _BRACKETED = re.compile(r"([a-zA-Z]\w*)\[([^\[\]\n]*)\]")
 _RULE = re.compile(r"[ \t]*\|?(?:[ \t]*:?-+:?[ \t]*\|)+(?:[ \t]*:?-+:?)?[ \t]*(?=\n|\Z)")
 _ROW = re.compile(r"[ \t]+\|")
 _BRACKETS = re.compile(
-    r"[\s>]*(?:(?:[-*•]|\d+[.)]|<char\d+>)\s+)*\[([A-Za-z][\w ]*)\]((?:\s*<[^<>\n]{1,80}>\s*(?:\([^()\n]*\))?)*)"
+    r"[\s>]*(?:(?:[-*•]|\d+[.)]|<char\d+>)\s+)*\[([A-Za-z][\w ]*)\]"
+    r"((?:\s*<[^<>\n]{1,80}>\s*(?:\([^()\n]*\))?)*)"
     r"[\s,;.]*(?:\[[\d.]+\])?\s*\Z"
 )
 _ATOM = re.compile(r"\(\s*([A-Za-z][\w-]*)((?:\s+[\w.?-]+)*)\s*\)")

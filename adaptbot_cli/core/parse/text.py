@@ -1,4 +1,4 @@
-"""The parser: normalise a text, cut off what is no answer, read each line, account for every one."""
+"""The parser: normalise a text, cut off what is no answer, read each line, account for all."""
 
 import re
 from collections import Counter
@@ -101,10 +101,11 @@ def _plain(text: str) -> str:
 
 
 def _without_discarded(text: str) -> tuple[str, str, str]:
-    """Return a text with what it discards as spaces, the discarded with the rest as spaces, and why.
+    """Return a text without what it discards, what it discards without the rest, and why.
 
-    So every offset stays. The second is empty if nothing is discarded. What is opened and never
-    closed goes on to the end; reasoning that is only closed began with the text.
+    Spaces take the place of either, so that offsets stay; the second is empty if nothing is
+    discarded. What is opened and never closed goes on to the end; reasoning that is only closed
+    began with the text.
     """
     spans: list[tuple[int, int]] = []
     at, reasoned, why = 0, False, "the text takes it back (reasoning, a comment or struck out)"
@@ -151,7 +152,7 @@ def _discarded(text: str, why: str, words: Vocabulary) -> list[Finding]:
 
 
 def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
-    """Yield what was read with every line of prose settled: a step in words, a finding, or nothing."""
+    """Yield what was read with each line of prose as a step in words, a finding, or nothing."""
     items = read.items
     calls = [n for n, item in enumerate(items) if item.call is not None]
     settle = _Mixed(read, words, calls) if calls else _Phrased(items, words)
@@ -179,7 +180,7 @@ class _Settling:
         if CLOSED.fullmatch(source):
             return
         if OPEN.fullmatch(source):
-            message = f"{shown(source)} stands for steps that are not written out: only plain steps are run."
+            message = f"{shown(source)} stands for steps that are not written out: write each."
             yield Item(start, source, code="P103", message=message)
             return
         if is_negated(source):
@@ -375,7 +376,7 @@ class _Mixed(_Settling):
         return self._items[m].call if where is not None and where.run == item.run else None
 
     def _has_body(self, n: int, item: Prose) -> bool:
-        """Tell whether what stands right below a line belongs to it: deeper, or calls of its own."""
+        """Tell whether what stands right below a line belongs to it: deeper, or its calls."""
         m = self._beside(n, 1)
         where = self._of(m) if m >= 0 else None
         if where is None or not item.marked:
