@@ -280,6 +280,18 @@ def test_tool_calls_are_a_plan(ask: Ask) -> None:
     ]
 
 
+def test_calls_with_one_index_and_ids_of_their_own_are_several(ask: Ask) -> None:
+    text = ask(server.calls_tools(("wait", {"time": 5}), ("wait", {"time": 6}), index=0)).text
+    assert [written.call.render() for written in parse(text).calls] == [
+        "wait(time=5)",
+        "wait(time=6)",
+    ]
+
+
+def test_an_answer_that_only_reasons_is_told_for_what_it_is(ask: Ask) -> None:
+    assert "it only reasoned" in ask(server.streams({"reasoning_content": "The egg first."})).said
+
+
 @pytest.mark.parametrize(
     "thought",
     ['<think>\nfry("egg")?\n</think>\n\n', '<thinking>fry("egg")</thinking>\n', "hm\n</think>\n"],
