@@ -115,6 +115,7 @@ def _parameter(entry: Entry) -> Parameter:
         words=words,
         units=dict(_units(entry)),
         of_product=_select(entry, AB.ofProduct, name),
+        prepositions=entry.texts(AB.preposition),
     )
 
 

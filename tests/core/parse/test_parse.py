@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from adaptbot_cli.core.findings import CODES
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Call, Parsed, keyworded
 
 _DEFAULT = Path(__file__).parents[4] / "shared" / "published"
@@ -224,7 +224,6 @@ def test_an_unclosed_call_does_not_take_the_next_line_with_it() -> None:
         ('For each toy:\n- empty("sink")', "For each toy"),
         ('while is_full("sink"):\n    empty("sink")', 'while is_full("sink")'),
         ('try:\n    empty("sink")', "try"),
-        ('def main(x):\n    empty("sink")', "def main(x)"),
         ('- If the sink is full:\n  - empty("sink")', "If the sink is full"),
         ('If the sink is full, `empty("sink")` first. Then wait.', "If the sink is full"),
         ('If the sink is full:\n\n```\nempty("sink")\n```\n', "If the sink is full"),
@@ -256,10 +255,24 @@ def test_the_body_of_a_function_is_the_plan(text: str) -> None:
     assert not parse(text).findings
 
 
-def test_a_function_under_a_condition_or_called_with_arguments_is_no_frame() -> None:
-    assert codes("wait(1)\nif a:\n    def make():\n        mix()") == ["P103"]
-    assert lines("def make():\n    wait(1)\nmake(2)") == ["wait(1)", "make(2)"]
-    assert codes("def make():\n    wait(1)\nfor i in a:\n    make()") == ["P103"]
+def test_a_function_is_its_steps_where_it_is_called() -> None:
+    make = "def make(x, n=1):\n    wait(1)\n    mix(x)\n    return\n    wait(9)\n"
+    assert lines(f'{make}make("a")\nwait(2)\nmake("b")') == [
+        "wait(1)", 'mix("a")', "wait(2)", "wait(1)", 'mix("b")',
+    ]  # fmt: skip
+    assert lines(f'{make}def do_all():\n    make(x="c")\ndo_all()') == ["wait(1)", 'mix("c")']
+    assert codes("def make():\n    wait(1)\nfor i in a:\n    make()") == ["P101", "P103"]
+    assert codes("def make():\n    wait(1)\nmake(2)") == ["P101", "P102"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["wait(1)\nif a:\n    def make():\n        mix()", "def make(x):\n    mix(x)\n\nwait(1)"],
+)
+def test_a_function_that_is_never_called_is_left_out_aloud(text: str) -> None:
+    assert lines(text) == ["wait(1)"]
+    assert codes(text) == ["P105"]
+    assert "never called" in message(text, "P105")
 
 
 @pytest.mark.parametrize(

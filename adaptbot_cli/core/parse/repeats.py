@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from adaptbot_cli.core.parsing.scan import shown
+from adaptbot_cli.core.parse.calls import shown
 from adaptbot_cli.core.plan import Call, Finding, Written
 
 SEPARATED, LABELLED, WHOLE, RECAP = 1, 2, 3, 4
