@@ -13,7 +13,7 @@ from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.delta import Delta, Line
-from adaptbot_cli.core.domain import Domain, Effect, Kind
+from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, variants, without_s
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import (
@@ -23,6 +23,7 @@ from adaptbot_cli.core.terms import (
     STATES,
     Triple,
     local,
+    node_of,
     term_of,
     triple_of,
 )
@@ -72,6 +73,8 @@ class Kg:
     _depth: int = 0
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
+    _values: "dict[tuple[str, Asked], _Drawn]" = field(default_factory=dict)
+    _index: ActionIndex | None = None
 
     def __post_init__(self) -> None:
         self._line = Line(self._write)
@@ -145,17 +148,45 @@ class Kg:
         """Answer a query; what was asked in this very state before is not asked again."""
         key = self._asked(query, bindings)
         if key not in self._answers:
-            result = self.facts.query(query, initBindings=dict(key[2]))
-            if result.type == "ASK":
-                self._answers[key] = bool(result.askAnswer)
-            else:
-                rows = [{str(k): v for k, v in row.items()} for row in result.bindings]
-                self._answers[key] = rows
+            result = self._evaluate(key)
+            known = (
+                bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
+            )
+            self._answers[key] = known
         return self._answers[key]
+
+    def _evaluate(self, asked: Asked) -> Any:
+        """Ask the engine; the solutions of a SELECT are those of the state at this moment."""
+        self._line.settle()
+        given = {pyoxigraph.Variable(name): term_of(value) for name, value in asked[2]}
+        return self.engine.query(asked[1], use_default_graph_as_union=True, substitutions=given)
 
     def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
         """Return the value of `name` in the first solution of a SELECT, if there is one."""
-        return next((row[name] for row in self.rows(query, bindings) if name in row), None)
+        return next(self.values(query, name, bindings), None)
+
+    def values(self, query: str, name: str, bindings: Bindings) -> Iterator[Node]:
+        """Give the values of `name` in the solutions of a SELECT, each once, as they are wanted."""
+        key = self._asked(query, bindings)
+        if (name, key) not in self._values:
+            found = (row[name] for row in _rows(self._evaluate(key)) if name in row)
+            self._values[name, key] = _Drawn(found)
+        return iter(self._values[name, key])
+
+    @property
+    def index(self) -> ActionIndex:
+        """The domain's actions by what their effects change."""
+        if self._index is None:
+            self._index = ActionIndex(self.domain.actions.values())
+        return self._index
+
+    def with_fact(self, fact: Triple, instead_of: Iterable[Triple]) -> Delta:
+        """Return the change that puts a fact back, for the one that has replaced it if it can
+        have one value only."""
+        known = self.domain.properties.get(URIRef(str(fact[1])))
+        single = known is not None and known.functional
+        others = (other for other in instead_of if single and other[:2] == fact[:2])
+        return Delta(frozenset(others), frozenset({fact}))
 
     def _asked(self, query: str, bindings: Bindings) -> Asked:
         names = variables(query)
@@ -165,6 +196,12 @@ class Kg:
     def value(self, subject: Node, predicate: Node) -> Node | None:
         """Return the one value of a functional property, the smallest if there are several."""
         return min(self.facts.objects(subject, predicate), key=str, default=None)
+
+    def objects(self, subject: Node, predicate: Node) -> list[Node]:
+        """Return the values of a predicate of a thing now, sorted."""
+        self._line.settle()
+        found = self.engine.quads_for_pattern(term_of(subject), term_of(predicate), None, None)
+        return sorted({node_of(quad.object) for quad in found}, key=str)
 
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
@@ -330,6 +367,7 @@ class Kg:
         """Forget the answers to queries."""
         self._answers.clear()
         self._changes.clear()
+        self._values.clear()
 
     def _write(self, delta: Delta) -> None:
         for triple in delta.removed:
@@ -362,6 +400,33 @@ def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Trip
         store.add(pyoxigraph.Quad(*moved))
         store.remove(quad)
     return [triple_of(quad.triple) for quad in strays]
+
+
+class _Drawn:
+    """Values drawn from a source one by one, each once, and kept."""
+
+    def __init__(self, source: Iterator[Node]) -> None:
+        self._source = source
+        self._drawn: list[Node] = []
+
+    def __iter__(self) -> Iterator[Node]:
+        count = 0
+        while True:
+            if count == len(self._drawn):
+                value = next((v for v in self._source if v not in self._drawn), None)
+                if value is None:
+                    return
+                self._drawn.append(value)
+            yield self._drawn[count]
+            count += 1
+
+
+def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
+    """The engine's solutions, one by one."""
+    names = [variable.value for variable in solutions.variables]
+    for solution in solutions:
+        values = ((name, solution[name]) for name in names)
+        yield {name: node_of(value) for name, value in values if value is not None}
 
 
 def _iri(kind: Kind) -> str:
