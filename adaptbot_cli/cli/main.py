@@ -9,7 +9,18 @@ import typer
 from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import check, doctor, domain, kg, pending, progress, replay, resume, run
+from adaptbot_cli.cli import (
+    check,
+    doctor,
+    domain,
+    kg,
+    pending,
+    progress,
+    replay,
+    resume,
+    run,
+    trust,
+)
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.errors import AdaptbotError, Interrupted
 
@@ -41,6 +52,7 @@ app.command("replay")(replay.replay)
 app.command("doctor")(doctor.doctor)
 app.command("progress")(progress.progress)
 app.command("resume")(resume.resume)
+app.command("trust")(trust.trust)
 app.add_typer(pending.app, name="pending")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")

@@ -12,6 +12,7 @@ from rdflib import RDF, RDFS, Dataset, Graph, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
+from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, variants, without_s
@@ -148,12 +149,12 @@ class Kg:
         """Answer a query; what was asked in this very state before is not asked again."""
         key = self._asked(query, bindings)
         if key not in self._answers:
-            result = self._evaluate(key)
-            known = (
-                bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
-            )
-            self._answers[key] = known
+            self._answers[key] = within(lambda: self._evaluated(key), _told(query))
         return self._answers[key]
+
+    def _evaluated(self, asked: Asked) -> Any:
+        result = self._evaluate(asked)
+        return bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
 
     def _evaluate(self, asked: Asked) -> Any:
         """Ask the engine; the solutions of a SELECT are those of the state at this moment."""
@@ -170,7 +171,7 @@ class Kg:
         key = self._asked(query, bindings)
         if (name, key) not in self._values:
             found = (row[name] for row in _rows(self._evaluate(key)) if name in row)
-            self._values[name, key] = _Drawn(found)
+            self._values[name, key] = _Drawn(found, _told(query))
         return iter(self._values[name, key])
 
     @property
@@ -405,20 +406,27 @@ def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Trip
 class _Drawn:
     """Values drawn from a source one by one, each once, and kept."""
 
-    def __init__(self, source: Iterator[Node]) -> None:
-        self._source = source
+    def __init__(self, source: Iterator[Node], told: str) -> None:
+        self._source, self._told = source, told
         self._drawn: list[Node] = []
 
     def __iter__(self) -> Iterator[Node]:
         count = 0
         while True:
             if count == len(self._drawn):
-                value = next((v for v in self._source if v not in self._drawn), None)
+                value = within(self._next, self._told)
                 if value is None:
                     return
                 self._drawn.append(value)
             yield self._drawn[count]
             count += 1
+
+    def _next(self) -> Node | None:
+        return next((value for value in self._source if value not in self._drawn), None)
+
+
+def _told(query: str) -> str:
+    return f"a query of the domain ({' '.join(query.split())[:200]})"
 
 
 def _rows(solutions: Any) -> Iterator[dict[str, Node]]:

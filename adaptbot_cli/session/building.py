@@ -1,19 +1,20 @@
 """The only wiring: a command line, read, made into a run."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli import trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load
-from adaptbot_cli.session.resuming import remembering, spent
+from adaptbot_cli.session.resuming import content_of, remembering, spent
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -271,10 +272,18 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
         file = path.open("w", encoding="utf-8", newline="\n")
     except OSError as error:
         raise KnowledgeError(f"cannot write the transcript {path}: {error.strerror}") from error
-    with file:
-        recorder = Recorder(file, kg)
-        recorder.header({"version": __version__, **header})
+    recorder = Recorder(file, kg)
+    try:
+        try:
+            recorder.header({"version": __version__, **header})
+        except KnowledgeError:  # a transcript without its header is none
+            path.unlink(missing_ok=True)
+            raise
+        trust.trust_own(path, content_of(header))
         yield recorder
+    finally:
+        with suppress(OSError):  # each turn was flushed; what failed then was raised then
+            file.close()
 
 
 def _header(session: Session) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from adaptbot_cli.session.building import (
 )
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.session.resuming import is_own
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -123,8 +124,11 @@ def _remembering(workspace: Workspace, human: Human) -> Human:
     latest = max(_sittings(workspace).glob("*.yaml"), default=None)
     if latest is None or latest not in unfinished(_sittings(workspace)):
         return human
+    header, turns = read_cut(latest)
+    if not is_own(latest, header):  # who has answered in it nobody knows
+        return human
     memory = Memory()
-    memory.take(read_cut(latest)[1])
+    memory.take(turns)
     return RememberingHuman(memory, human) if memory.answers else human
 
 

@@ -4,7 +4,9 @@ import json
 import re
 from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.planner.streaming import Answer
+from adaptbot_cli.errors import ModelError
 
 _REASONING = re.compile(
     r"<(think|thinking|reasoning|thought)>.*?(?:</\1>|\Z)", re.DOTALL | re.IGNORECASE
@@ -40,7 +42,7 @@ def tool_calls(whole: Any) -> list[str]:
 
 def _as_json(function: Any) -> str:
     try:
-        arguments = json.loads(function.arguments or "{}")
-    except ValueError:
+        arguments = bounded.parse_json(function.arguments or "{}", "a tool call", ModelError)
+    except ModelError:
         arguments = function.arguments
     return json.dumps({"name": function.name, "arguments": arguments}, ensure_ascii=False)

@@ -11,6 +11,7 @@ import pyoxigraph
 from rdflib import BNode
 from rdflib.term import Node
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store.turtle import serialize
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import in_order, unknown_prefixes
@@ -48,13 +49,10 @@ def read_graph(paths: Sequence[Path]) -> Given:
     triples: list[Triple] = []
     prefixes: dict[str, str] = {}
     for path in paths:
+        data = bounded.read_bytes(path, bounded.GRAPH, piped=True)
+        form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
+        bounded.check_graph(data, path, xml=form == pyoxigraph.RdfFormat.RDF_XML)
         try:
-            data = path.read_bytes()
-        except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) else error
-            raise KnowledgeError(f"cannot read {path}: {reason}") from error
-        try:
-            form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
             parser = pyoxigraph.parse(io.BytesIO(data), format=form)
             triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
