@@ -35,6 +35,9 @@ _SIZE = f"""
       GRAPH ?graph {{ ?s ?p ?o . FILTER(!STRSTARTS(STR(?p), "{AB}")) }}
     }}"""
 
+MOST_VALUES = 5
+"""How many values of a default are looked at."""
+
 Bindings = Mapping[str, Node]
 Asked = tuple[int, str, tuple[tuple[str, Identifier], ...]]
 """A query of the graph in one of its states, with what its variables are bound to. Bindings that a
@@ -74,7 +77,7 @@ class Kg:
     _depth: int = 0
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
-    _values: "dict[tuple[str, Asked], _Drawn]" = field(default_factory=dict)
+    _values: dict[tuple[str, Asked], tuple[Node, ...]] = field(default_factory=dict)
     _index: ActionIndex | None = None
 
     def __post_init__(self) -> None:
@@ -164,15 +167,25 @@ class Kg:
 
     def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
         """Return the value of `name` in the first solution of a SELECT, if there is one."""
-        return next(self.values(query, name, bindings), None)
+        return next(iter(self.values(query, name, bindings)), None)
 
-    def values(self, query: str, name: str, bindings: Bindings) -> Iterator[Node]:
-        """Give the values of `name` in the solutions of a SELECT, each once, as they are wanted."""
+    def values(self, query: str, name: str, bindings: Bindings) -> tuple[Node, ...]:
+        """Return the first values of `name` in the solutions of a SELECT, each once.
+
+        No more rows are fetched than that takes.
+        """
         key = self._asked(query, bindings)
         if (name, key) not in self._values:
-            found = (row[name] for row in _rows(self._evaluate(key)) if name in row)
-            self._values[name, key] = _Drawn(found, _told(query))
-        return iter(self._values[name, key])
+            self._values[name, key] = within(lambda: self._first_values(key, name), _told(query))
+        return self._values[name, key]
+
+    def _first_values(self, asked: Asked, name: str) -> tuple[Node, ...]:
+        found: dict[Node, None] = {}
+        for row in _rows(self._evaluate(asked)):
+            found |= {row[name]: None} if name in row else {}
+            if len(found) == MOST_VALUES:
+                break
+        return tuple(found)
 
     @property
     def index(self) -> ActionIndex:
@@ -401,28 +414,6 @@ def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Trip
         store.add(pyoxigraph.Quad(*moved))
         store.remove(quad)
     return [triple_of(quad.triple) for quad in strays]
-
-
-class _Drawn:
-    """Values drawn from a source one by one, each once, and kept."""
-
-    def __init__(self, source: Iterator[Node], told: str) -> None:
-        self._source, self._told = source, told
-        self._drawn: list[Node] = []
-
-    def __iter__(self) -> Iterator[Node]:
-        count = 0
-        while True:
-            if count == len(self._drawn):
-                value = within(self._next, self._told)
-                if value is None:
-                    return
-                self._drawn.append(value)
-            yield self._drawn[count]
-            count += 1
-
-    def _next(self) -> Node | None:
-        return next((value for value in self._source if value not in self._drawn), None)
 
 
 def _told(query: str) -> str:

@@ -23,7 +23,7 @@ MOST_ROWS = 3
 """With how many of the things that a goal or condition is about a repair is tried at most."""
 
 MOST_DEFAULTS = 5
-"""How many rows of a default are tried for one step at most."""
+"""With how many choices of defaults one step is tried at most."""
 
 MOST_TRIES = 2_000
 """How many actions one search performs at most, so that a check always ends."""
@@ -72,12 +72,10 @@ def readings(bound: Bound, kg: Kg) -> Iterator[Bound]:
         if not left:
             yield values
             return
-        found = kg.values(left[0].default, left[0].name, {"agent": kg.domain.agent, **values})
-        first = next(found, None)
-        rest = fill(values if first is None else {**values, left[0].name: first}, left[1:])
-        yield from rest
-        for value in found:
-            yield from fill({**values, left[0].name: value}, left[1:])
+        given = {"agent": kg.domain.agent, **values}
+        found = kg.values(left[0].default, left[0].name, given)
+        for value in found or (None,):
+            yield from fill(values if value is None else {**values, left[0].name: value}, left[1:])
 
     for values in fill(dict(bound.values), missing):
         yield Bound(bound.action, values)
