@@ -97,6 +97,7 @@ def prefixed(graph: Graph, text: str) -> str:
     return "".join(f"PREFIX {prefix}: <{spaces[prefix]}> " for prefix in sorted(spaces))
 
 
+@lru_cache(maxsize=4096)
 def mentions(query: str) -> frozenset[URIRef]:
     """Return every IRI that a query with PREFIX lines names by a prefix."""
     spaces = prefixes_of(query)
@@ -106,6 +107,14 @@ def mentions(query: str) -> frozenset[URIRef]:
         if match[2] in spaces
     }
     return frozenset(found)
+
+
+@lru_cache(maxsize=1024)
+def ruled_out(query: str) -> frozenset[URIRef]:
+    """Return the IRIs that a query only compares with: what something is not to be."""
+    spaces = prefixes_of(query)
+    found = re.findall(r"!=\s*(\w+):(\w+)", query)
+    return frozenset(URIRef(spaces[prefix] + name) for prefix, name in found if prefix in spaces)
 
 
 _UPDATES = frozenset(
