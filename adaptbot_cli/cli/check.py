@@ -32,6 +32,12 @@ def check(
     task: Annotated[
         str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
     ] = "",
+    no_repair: Annotated[
+        bool,
+        typer.Option(
+            "--no-repair", help="Judge the plan as it is: put nothing in, leave none out."
+        ),
+    ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -43,7 +49,7 @@ def check(
     text = read_plan(plan)
     started = time.monotonic()
     graph = session.load(home, domain_name(domain, home), kg or ())
-    result = session.check(text, task_for(task, graph, items(requires)), graph)
+    result = session.check(text, task_for(task, graph, items(requires)), graph, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 
@@ -59,6 +65,7 @@ def check(
 
 def read_plan(name: str) -> str:
     """Read a plan's text from a file or stdin; bytes that are no UTF-8 are shown as such."""
+    from adaptbot_cli import bounded
     from adaptbot_cli.errors import UsageError
 
     if not name:
@@ -66,8 +73,9 @@ def read_plan(name: str) -> str:
     if name == "-":
         if sys.stdin is None:
             raise UsageError("cannot read the plan from stdin: it is closed")
-        return sys.stdin.buffer.read().decode("utf-8", errors="replace")
-    try:
-        return Path(name).read_bytes().decode("utf-8", errors="replace")
-    except OSError as error:
-        raise UsageError(f"cannot read the plan {name}: {error.strerror}") from error
+        data = sys.stdin.buffer.read(bounded.PLAN + 1)
+    else:
+        data = bounded.read_bytes(Path(name), bounded.PLAN, UsageError, piped=True)
+    if len(data) > bounded.PLAN:
+        raise UsageError("the plan has more than a million characters: so long a text is not read")
+    return data.decode("utf-8", errors="replace")

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from adaptbot_cli.core.plan import Finding
+
 
 @dataclass(frozen=True, slots=True)
 class Code:
@@ -37,6 +39,17 @@ CODES: dict[str, Code] = {
     "W601": Code("something is left in the wrong state", blocks=False, open=False),
     "W602": Code("runs, but misses its point", blocks=False, open=False),
     "W603": Code("a step that cannot be done is not needed", blocks=False, open=False),
+    "W605": Code("a missing step undoes an earlier one", blocks=False, open=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
 its goal; W: it runs."""
+
+
+def blocks(finding: Finding) -> bool:
+    """Tell whether a finding keeps the plan from being executed."""
+    return finding.blocking or CODES[finding.code].blocks
+
+
+def is_open(finding: Finding) -> bool:
+    """Tell whether a finding stays until the plan or the knowledge changes."""
+    return finding.blocking or CODES[finding.code].open

@@ -16,16 +16,19 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.plan import Task
 
 
-def check(text: str, task: "Task", kg: "Kg") -> Result:
-    """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
+def check(text: str, task: "Task", kg: "Kg", repair: bool = True) -> Result:
+    """Check a plan's text on a graph, without model or human. Nothing in the world changes.
+
+    Without `repair` the plan is judged as it is.
+    """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parse, text), ports)
+    return drive(inspect(task, kg, parser(kg), text, repair), ports)
 
 
 def replay(
@@ -41,7 +44,7 @@ def replay(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import Player, read
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.tasks import task_for
     from adaptbot_cli.errors import UsageError
 
@@ -55,8 +58,8 @@ def replay(
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
     if turns and turns[0]["turn"] == "finished":  # the planner had no plan at all
-        result = drive(inspect(task, kg, parse, ""), ports)
+        result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
-        result = drive(pursue(task, kg, parse, policy, replans, full), ports)
+        result = drive(pursue(task, kg, parser(kg), policy, replans, full), ports)
     player.end(result)
     return result

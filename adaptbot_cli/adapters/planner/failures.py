@@ -32,6 +32,15 @@ class Failure(Exception):
         self.why, self.again, self.wait = why, again, wait
 
 
+class BrokenOff(Failure):
+    """The answer began and ended without saying that it was whole: by a clean end, a lost
+    connection or an error in the stream. Which of these it was, litellm tells differently from
+    release to release, and it makes no difference to what can be done."""
+
+    def __init__(self) -> None:
+        super().__init__("its answer broke off", again=True)
+
+
 @dataclass(frozen=True, slots=True)
 class Called:
     """Which model was called: its name, where if that is known, and what must not be told."""
@@ -55,20 +64,25 @@ def our_own(error: BaseException) -> ModelError | None:
     return next((cause for cause in _causes(error) if isinstance(cause, ModelError)), None)
 
 
-def failure(error: BaseException, called: Called, known: Callable[[], Iterable[str]]) -> Failure:
-    """Return what an error of litellm's or of the reading means; `known` tells models' names."""
+def failure(
+    error: BaseException, called: Called, known: Callable[[], Iterable[str]], begun: bool = False
+) -> Failure:
+    """Return what an error of litellm's or of the reading means; `known` tells models' names,
+    `begun` whether a part of the answer had arrived before it."""
     if isinstance(error, Failure):
         return error
     kind, causes = type(error).__name__, list(_causes(error))
     if isinstance(error, TooSlow):
         return Failure("it took too long", again=True)
-    if isinstance(error, TooLong):
-        return Failure(f"its answer is longer than {LONGEST:,} characters, which no plan is")
     if any(type(cause).__name__ == "JSONDecodeError" for cause in causes):
         return Failure(f"{called.place} does not speak the OpenAI protocol: it sent broken JSON")
+    status = getattr(error, "status_code", None)
+    if isinstance(status, int) and 300 <= status < 400:
+        return Failure(f"{called.place} sends one elsewhere ({status}), which is not followed")
+    if any(isinstance(cause, TooLong) for cause in causes):
+        return Failure(f"its answer is longer than {LONGEST:,} characters, which no plan is")
     if kind == "NotFoundError" or _no_provider(error):
         return Failure(_wrong_name(error, called, known()))
-    status = getattr(error, "status_code", None)
     told = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
     if told is not None:
         return Failure(told.format(detail=_quoted(error, called)))
@@ -76,9 +90,12 @@ def failure(error: BaseException, called: Called, known: Callable[[], Iterable[s
         return Failure("it is limiting requests (429)", True, _retry_after(error))
     if kind == "RateLimitError":
         return Failure("the account has no credit or quota left; see the provider's billing page")
+    failed = isinstance(status, int) and status >= 500
+    if begun and (failed or _is_network(error, causes)):
+        return BrokenOff()
     if _is_network(error, causes):
         return Failure(_unreachable(causes, called), again=not _nobody_there(causes))
-    if isinstance(status, int) and status >= 500:
+    if failed:
         shown = "" if kind == "APIConnectionError" else f" ({status})"
         return Failure(f"{called.place} failed{shown}", True, _retry_after(error))
     if kind == "Timeout":

@@ -519,6 +519,8 @@ class Repo:
         ref, path = self._branch()
         for held, at in (("index", self._gitdir / "index"), ("branch", path)):
             self._free(held, at)
+        for name in ("index", "index.lock", files.beside("intent.json")):
+            (self._gitdir / "adaptbot" / name).unlink(missing_ok=True)
         data = self._read_state("intent.json")
         if data is None:
             return

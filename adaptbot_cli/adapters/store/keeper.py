@@ -215,7 +215,7 @@ class Keeper:
             changed = held.after(change)
             broken = held.new_faults(change, changed) if changed else []
             if broken:
-                raise KnowledgeError(_refusal(self._where, broken, lessons, hint))
+                raise KnowledgeError(refusal(self._where, broken, lessons, hint))
             if not changed:
                 return repo.head()
             written: dict[str, bytes | None] = {
@@ -462,7 +462,7 @@ def _renamed(text: str, file: str, domain: URIRef, new: URIRef, name: str) -> st
     return text
 
 
-def _refusal(where: str, found: Iterable[Fault], lessons: Sequence[Lesson], hint: str) -> str:
+def refusal(where: str, found: Iterable[Fault], lessons: Sequence[Lesson], hint: str) -> str:
     """Say why a change is refused: each fault, and the answers that caused it."""
     told = "; ".join(f"{fault.plain}{_cause(fault, lessons)}" for fault in found)
     rest = f"; {hint}" if hint else ""

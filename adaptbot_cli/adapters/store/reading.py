@@ -8,6 +8,7 @@ from pathlib import Path
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import files
 from adaptbot_cli.adapters.store.turtle import BOM
 from adaptbot_cli.core.domain import Domain
@@ -65,6 +66,7 @@ def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
 
 def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
     """Let the engine read a Turtle file into a named graph. Raises KnowledgeError."""
+    bounded.check_graph(data, path)
     with _told(path):
         if b"<<" in data:
             # Only a reading in Python finds triples in triples, which rdflib cannot hold.
@@ -151,10 +153,7 @@ def read_graphs(paths: Sequence[Path]) -> list[Triple] | None:
 
 
 def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
+    return bounded.read_bytes(path, bounded.GRAPH, piped=True)
 
 
 def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
@@ -176,7 +175,7 @@ def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
 
 def parse(data: bytes, path: str) -> Graph:
     """Parse a Turtle file into a graph that remembers its prefixes. Raises KnowledgeError."""
-    parser = _parser(data)
+    parser = _parser(data, path)
     graph = Graph(bind_namespaces="none")
     for triple in _all(parser, path):
         graph.add(triple)
@@ -187,17 +186,18 @@ def parse(data: bytes, path: str) -> Graph:
 
 def triples(data: bytes, path: str) -> list[Triple]:
     """Parse a Turtle file into its triples. Raises KnowledgeError."""
-    return _all(_parser(data), path)
+    return _all(_parser(data, path), path)
 
 
 def readable(data: bytes, path: str) -> None:
     """Make sure that a Turtle file can be read. Raises KnowledgeError."""
     with _told(path):
-        for _ in _parser(data):
+        for _ in _parser(data, path):
             pass
 
 
-def _parser(data: bytes) -> "pyoxigraph.QuadParser":
+def _parser(data: bytes, path: str) -> "pyoxigraph.QuadParser":
+    bounded.check_graph(data, path)
     return pyoxigraph.parse(data.removeprefix(BOM.encode()), format=_TURTLE)
 
 

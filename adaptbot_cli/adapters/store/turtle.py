@@ -21,6 +21,7 @@ from pyoxigraph import BlankNode, Literal, NamedNode
 from rdflib import RDF, RDFS, XSD, BNode
 from rdflib.term import Node
 
+from adaptbot_cli import bounded
 from adaptbot_cli.core.terms import Triple, kept, node_of, term_of
 from adaptbot_cli.errors import KnowledgeError
 
@@ -108,8 +109,9 @@ def tokens(text: str, place: Statement) -> Iterator[re.Match[str]]:
 
 def parse(data: bytes | str, path: str) -> "pyoxigraph.QuadParser":
     """Parse Turtle; a byte order mark at its begin is no part of it."""
-    mark = BOM if isinstance(data, str) else BOM.encode()
-    return pyoxigraph.parse(data.removeprefix(mark), format=_TURTLE)  # type: ignore[arg-type]
+    encoded = data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data
+    bounded.check_graph(encoded, path)
+    return pyoxigraph.parse(encoded.removeprefix(BOM.encode()), format=_TURTLE)
 
 
 class Writer:
@@ -279,7 +281,7 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         told = f"{newline}{lines}" if head_end is not None else f"{lines}{newline * 2}"
         edits.insert(0, (at, at, told))
     # From the end on; of those at one place the first of the list comes first.
-    for start, end, now in reversed(sorted(edits, key=lambda edit: edit[:2])):
+    for start, end, now in sorted(edits, key=lambda edit: edit[:2])[::-1]:
         body = body[:start] + now + body[end:]
     return text[: len(text) - len(text.removeprefix(BOM))] + body
 

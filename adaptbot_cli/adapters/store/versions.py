@@ -248,7 +248,7 @@ class Versions:
             try:
                 for _ in parse(self._blob(blob), name):
                     pass
-            except (SyntaxError, ValueError):
+            except (SyntaxError, ValueError, KnowledgeError):
                 return False
             return True
 

@@ -16,7 +16,7 @@ from adaptbot_cli.adapters.planner.provider import Asking
 from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Proposal, Propose
@@ -142,13 +142,28 @@ def test_use_that_the_server_does_not_tell_is_counted_here(ask: Ask) -> None:
     assert proposal.prompt_tokens > 400 and proposal.completion_tokens > 20
 
 
+@pytest.mark.parametrize("count", [0, -500])
+def test_use_that_is_no_use_beside_a_text_is_counted_here(ask: Ask, count: int) -> None:
+    usage = dict.fromkeys(USAGE, count)
+    proposal = ask(says(PLAN, usage=usage)).proposal
+    assert proposal is not None
+    assert proposal.prompt_tokens > 400 and proposal.completion_tokens >= 20
+
+
+def test_an_answer_that_never_ends_the_same_way_is_taken_after_the_last_try(ask: Ask) -> None:
+    cuts = [PLAN[:20], PLAN[:30], PLAN[:25], PLAN]
+    asked = ask(*(server.ends_early(text) for text in cuts))
+    assert asked.text == PLAN and len(asked.server.asked) == len(cuts)
+    assert asked.seen.told[-1] == "the answer ended without saying that it was whole"
+
+
 TRANSIENT: dict[str, tuple[Answer, str]] = {
     "busy": (refuses(429, "slow down", Retry_After="0.2"), "limiting requests (429); "),
     "busy without a time": (refuses(429, "slow down"), "limiting requests (429); "),
     "failed": (refuses(500, "boom"), "failed (500); "),
     "not there": (refuses(503, "boom"), "failed (503); "),
     "dropped": (server.drops, "was lost; "),
-    "cut": (server.cut(PLAN), "was lost; "),
+    "cut": (server.cut(PLAN), "broke off; "),
     "ended early": (server.ends_early(PLAN), "broke off; "),
     "empty": (says(""), "empty"),
     "a page": (server.a_page, "is the API base right"),
@@ -263,6 +278,18 @@ def test_tool_calls_are_a_plan(ask: Ask) -> None:
         'pick_up_obj(obj="egg")',
         "wait(time=5)",
     ]
+
+
+def test_calls_with_one_index_and_ids_of_their_own_are_several(ask: Ask) -> None:
+    text = ask(server.calls_tools(("wait", {"time": 5}), ("wait", {"time": 6}), index=0)).text
+    assert [written.call.render() for written in parse(text).calls] == [
+        "wait(time=5)",
+        "wait(time=6)",
+    ]
+
+
+def test_an_answer_that_only_reasons_is_told_for_what_it_is(ask: Ask) -> None:
+    assert "it only reasoned" in ask(server.streams({"reasoning_content": "The egg first."})).said
 
 
 @pytest.mark.parametrize(

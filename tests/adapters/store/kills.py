@@ -67,5 +67,6 @@ def at_one(root: Path, domain: str = "kitchen") -> bool:
     head = repo.head() or ""
     same = all(repo.staged(path) == repo.read(path, head) for path in paths_of(domain))
     left = [p for p in root.rglob("*") if p.suffix in (".lock", ".adaptbot")]
+    left = [p for p in left if not p.name.startswith(".cache-")]
     held = list((root / ".git" / "adaptbot").glob("held-*"))
     return same and not left and not held and not repo.interrupted()

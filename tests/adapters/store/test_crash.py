@@ -119,16 +119,20 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new(
         root = copied("killed")
         if not killed_at(step, lambda root=root: verb(root)):  # type: ignore[misc]
             break
-        if step % 2:
-            session.load(Workspace(root), "kitchen")  # a reader comes next
+        if step % 10 == 0:
+            begun(root)  # a run comes next
+        elif step % 10 == 5:
+            session.load(Workspace(root), "kitchen")  # or a reader
         else:
-            begun(root)  # a run does
+            with Repo.open_or_init(root).writing():
+                pass  # what any command that writes does first
         now = content(root)
         assert now in (old, whole), step
         made = len(list(Repo.open_or_init(root).log()))
         if now != old:
             assert made == commits, step
-        begun(root)
+        with Repo.open_or_init(root).writing():
+            pass
         assert at_one(root), step
         dirty = Repo.open_or_init(root).dirty([f"kg/kitchen/{name}" for name in files(root)])
         assert (dirty == []) or (now == old and edited), step
