@@ -1,7 +1,7 @@
 """Writes a run's transcript."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TextIO
 
@@ -18,16 +18,21 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Amend, Turn
 from adaptbot_cli.errors import KnowledgeError
 
+_SIGNED = frozenset({"ask", "offer", "edit", "review"})
+"""The turns whose replies are a person's."""
+
 
 @dataclass(slots=True)
 class Recorder:
     """Writes a run's transcript, one turn at a time, each on disk before the next begins.
 
-    Its methods raise KnowledgeError where that fails.
+    `signed` is called once, before the first reply of a person is written. The methods raise
+    KnowledgeError where writing fails.
     """
 
     file: TextIO
     kg: Kg
+    signed: Callable[[], None] | None = None
 
     def header(self, header: Mapping[str, Any]) -> None:
         """Write the first document."""
@@ -41,6 +46,9 @@ class Recorder:
         told = describe(turn, self.kg)
         left_as_it_is = isinstance(turn, Amend) and reply is None
         if told is not None and not left_as_it_is:
+            if self.signed is not None and told["turn"] in _SIGNED:
+                self.signed()
+                self.signed = None
             self._write({**told, **told_of_reply(turn, reply)})
 
     def finished(self, result: Result) -> None:
