@@ -14,12 +14,19 @@ from adaptbot_cli.adapters.transcript.documents import (
     told_of_reply,
 )
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Amend, Turn
 from adaptbot_cli.errors import KnowledgeError
 
 _SIGNED = frozenset({"ask", "offer", "edit", "review"})
 """The turns whose replies are a person's."""
+
+
+def _is_signed(document: Document) -> bool:
+    """Whether a person has replied, rather than nobody, who puts everything off."""
+    put_off = document.get("answer") == LATER.value or document.get("answers") == {}
+    return document["turn"] in _SIGNED and not put_off
 
 
 @dataclass(slots=True)
@@ -46,10 +53,11 @@ class Recorder:
         told = describe(turn, self.kg)
         left_as_it_is = isinstance(turn, Amend) and reply is None
         if told is not None and not left_as_it_is:
-            if self.signed is not None and told["turn"] in _SIGNED:
+            document = {**told, **told_of_reply(turn, reply)}
+            if self.signed is not None and _is_signed(document):
                 self.signed()
                 self.signed = None
-            self._write({**told, **told_of_reply(turn, reply)})
+            self._write(document)
 
     def finished(self, result: Result) -> None:
         """Write the last document."""
