@@ -1,9 +1,10 @@
 """A domain as a value: classes, properties, actions, tasks, goals (docs/domains.md)."""
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from rdflib import URIRef
+from rdflib import URIRef, Variable
 from rdflib.term import Node
 
 from adaptbot_cli.core.plan import Goal, Task
@@ -221,3 +222,31 @@ class Domain:
         """The predicates that give things their names."""
         found = {k.name_property for k in self.kinds.values() if k.name_property is not None}
         return tuple(sorted(found))
+
+
+class ActionIndex:
+    """The actions of a domain by the predicates that their effects change."""
+
+    def __init__(self, actions: Iterable[Action]) -> None:
+        """Enter every action that has an effect, in the domain's order."""
+        self._by: defaultdict[URIRef, list[tuple[int, Action]]] = defaultdict(list)
+        for order, action in enumerate(actions):
+            for predicate in action.effect.predicates if action.effect else ():
+                self._by[predicate].append((order, action))
+
+    def touching(self, predicates: Iterable[URIRef], things: frozenset[Node]) -> list[Action]:
+        """Return the actions that change one of some predicates of what may be some things."""
+        found = {order: a for p in predicates for order, a in self._by.get(p, ())}
+        wanted = frozenset(predicates)
+        return [found[order] for order in sorted(found) if _may(found[order], wanted, things)]
+
+
+def _may(action: Action, predicates: frozenset[URIRef], things: frozenset[Node]) -> bool:
+    """Whether an effect has a triple of some predicates whose constants are among some things."""
+    effect = action.effect
+    triples = (*effect.deletes, *effect.inserts) if effect else ()
+    return any(
+        (isinstance(p, Variable) or p in predicates)
+        and all(not isinstance(node, URIRef) or node in things for node in (s, o))
+        for s, p, o in triples
+    )

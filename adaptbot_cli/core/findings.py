@@ -39,6 +39,7 @@ CODES: dict[str, Code] = {
     "W601": Code("something is left in the wrong state", blocks=False, open=False),
     "W602": Code("runs, but misses its point", blocks=False, open=False),
     "W603": Code("a step that cannot be done is not needed", blocks=False, open=False),
+    "W605": Code("a missing step undoes an earlier one", blocks=False, open=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
 its goal; W: it runs."""
