@@ -336,11 +336,11 @@ def action(name: str, scene: Scene) -> NamedAction:
     if known is not None:
         return NamedAction(known)
     plain = unaccented(name)
-    named = action(plain, scene) if plain != name else NamedAction()
-    if named.action is not None:
-        why = f"{name} is {named.action.name}, written differently"
-        change = named.change or Change(plain, named.action.name, "normalisation", why)
-        return replace(named, change=replace(change, source=name))
+    same = action(plain, scene) if plain != name else NamedAction()
+    if same.action is not None:
+        why = f"{name} is {same.action.name}, written differently"
+        change = same.change or Change(plain, same.action.name, "normalisation", why)
+        return replace(same, change=replace(change, source=name))
     for remedy in (
         _action_spelled,
         _action_alias,
@@ -407,16 +407,17 @@ def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
     if not scene.repair or is_absent(scene.kg, name, "action"):
         return None
     related = scene.known.get(normal(name), ())
-    best = _best(related, lambda word: _actions_called(word, scene))
+    same = {word.word for word in related if word.relation == "synonym"}
+    best = _best(related, lambda word: _actions_called(word, scene, aliases=word in same))
     if best is None or best[0].sense > 1 or best[0].relation == "hyponym":
         return None
     word, known = best[0], scene.domain.actions[best[1]]
     return NamedAction(known, Change(name, known.name, word.relation, _verb_evidence(name, word)))
 
 
-def _actions_called(word: str, scene: Scene) -> set[str]:
+def _actions_called(word: str, scene: Scene, aliases: bool) -> set[str]:
     actions = scene.domain.actions.values()
-    return {a.name for a in actions if word in (a.name, a.verb, *a.aliases)}
+    return {a.name for a in actions if word in (a.name, a.verb, *(a.aliases if aliases else ()))}
 
 
 def _verb_evidence(name: str, word: Related) -> str:
