@@ -35,7 +35,10 @@ def _number(value: Any) -> bool:
 
 _SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "model": ("a text", lambda value: isinstance(value, str)),
-    "api_base": ("an address", lambda value: isinstance(value, str)),
+    "api_base": (
+        "an address such as http://127.0.0.1:8000/v1",
+        lambda value: isinstance(value, str) and value.startswith(("http://", "https://")),
+    ),
     "timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
     "max_tokens": ("a number of tokens", lambda value: type(value) is int and value > 0),
     "max_cost": ("an amount in US dollars", _number),
@@ -180,7 +183,8 @@ def _settings(path: Path, content: bytes) -> dict[str, Any]:
         raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
     for name, (kind, fits) in _SETTINGS.items():
         if name in settings and not fits(settings[name]):
-            raise KnowledgeError(f"{path}: {name} must be {kind}, not {settings[name]!r}")
+            called = "the API base" if name == "api_base" else name
+            raise KnowledgeError(f"{path}: {called} must be {kind}, not {settings[name]!r}")
     return settings
 
 

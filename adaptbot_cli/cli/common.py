@@ -141,5 +141,17 @@ def print_json(value: Any) -> None:
     if sys.stdout is None:
         return
     utf8 = (sys.stdout.encoding or "utf-8").lower().replace("-", "") == "utf8"
-    sys.stdout.write(json.dumps(value, ensure_ascii=not utf8, indent=2) + "\n")
+    sys.stdout.write(escaped(json.dumps(value, ensure_ascii=not utf8, indent=2)) + "\n")
     sys.stdout.flush()
+
+
+def escaped(json_text: str) -> str:
+    """Return JSON with every character escaped that a terminal could act on or hide."""
+    import json
+    import re
+
+    def escape(match: "re.Match[str]") -> str:
+        char = match[0]
+        return char if char.isprintable() else json.dumps(char)[1:-1]
+
+    return re.sub(r"[^\n\x20-\x7e]", escape, json_text)

@@ -1,6 +1,7 @@
 """The command `adaptbot`: its subcommands, and how errors reach the person."""
 
 import io
+import logging
 import os
 import sys
 from typing import Annotated, Any
@@ -81,6 +82,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console that has no ✓ shows a ?
+    logging.getLogger("rdflib.term").disabled = True  # it warns with a traceback of odd values
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     debug = len(arguments) < len(sys.argv) - 1
     try:

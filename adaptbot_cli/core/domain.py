@@ -72,7 +72,7 @@ class Parameter:
     one that gives what is meant by a thing ?given that will not do, `instead_means` says how;
     `words` are the words that stand for a value, such as "on" for true; `units` the words that a
     number may carry, with what they multiply it by; `of_product` a SELECT of what is meant where
-    the plan names what it makes.
+    the plan names what it makes; `prepositions` are the words that mark it in a phrase.
     """
 
     name: str
@@ -86,6 +86,7 @@ class Parameter:
     words: Mapping[str, Node] = field(default_factory=dict)
     units: Mapping[str, float] = field(default_factory=dict)
     of_product: str = ""
+    prepositions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

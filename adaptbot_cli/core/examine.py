@@ -53,6 +53,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     Every finding of the plan is reported at once, each once. State conditions are only checked
     where everything before them about the same things could be understood.
     """
+    text_calls = parsed.calls
     parsed = in_order(parsed, scene)
     calls = [written.call for written in parsed.calls]
     scene.notice(calls)
@@ -88,6 +89,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         bounds=tuple(walk.bounds),
         deltas=tuple(walk.deltas),
         missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
+        written=text_calls,
     )
 
 

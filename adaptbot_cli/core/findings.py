@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from adaptbot_cli.core.plan import Finding
+
 
 @dataclass(frozen=True, slots=True)
 class Code:
@@ -41,3 +43,13 @@ CODES: dict[str, Code] = {
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
 its goal; W: it runs."""
+
+
+def blocks(finding: Finding) -> bool:
+    """Tell whether a finding keeps the plan from being executed."""
+    return finding.blocking or CODES[finding.code].blocks
+
+
+def is_open(finding: Finding) -> bool:
+    """Tell whether a finding stays until the plan or the knowledge changes."""
+    return finding.blocking or CODES[finding.code].open

@@ -1,6 +1,6 @@
 """The knowledge graph of this home: G_k and G_s (paper, III-A), asked by SPARQL."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
@@ -54,6 +54,7 @@ class _Known:
     spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
     heads: dict[str, tuple[URIRef, ...]] | None = None
     folded: dict[str, tuple[URIRef, ...]] | None = None
+    tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
     size: tuple[int, int] | None = None
 
@@ -260,6 +261,19 @@ class Kg:
         for quad in self.engine.quads_for_pattern(None, term_of(predicate), value, None):
             if isinstance(quad.subject, pyoxigraph.NamedNode):
                 yield URIRef(quad.subject.value)
+        yield from self._in_languages(predicate).get(text, ())
+
+    def _in_languages(self, predicate: URIRef) -> Mapping[str, Sequence[URIRef]]:
+        """The entities by those names that have a language, such as "leek"@en."""
+        if predicate not in self._known.tagged:
+            found: dict[str, list[URIRef]] = {}
+            query = f"SELECT ?s ?n WHERE {{ ?s <{predicate}> ?n FILTER(LANG(?n) != '') }}"
+            rows: Any = self.engine.query(query, use_default_graph_as_union=True)
+            for subject, name in rows:
+                if isinstance(subject, pyoxigraph.NamedNode):
+                    found.setdefault(name.value, []).append(URIRef(subject.value))
+            self._known.tagged[predicate] = found
+        return self._known.tagged[predicate]
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""

@@ -210,7 +210,7 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
 def _mutual(name: str, word: Related, entity: URIRef, scene: Scene) -> bool:
     """Whether what the item is called leads back to the name, in its own first sense.
 
-    A broader word must be the last of the name, or both have a single sense: a frying pan is a pan.
+    A broader word must be the last of the name or a synonym, or both have one sense.
     A narrower word must be one of few.
     """
     back = scene.known.get(normal(scene.kg.name(entity)), ())
@@ -227,7 +227,9 @@ def _mutual(name: str, word: Related, entity: URIRef, scene: Scene) -> bool:
     if back and not leads:
         return False
     if word.relation == "hypernym" and back:
-        head = words(name)[-1:] == words(scene.kg.name(entity))[-1:]
+        same = (w.word for w in related if (w.relation, w.sense) == ("synonym", word.sense))
+        own = words(scene.kg.name(entity))[-1:]
+        head = any(words(form)[-1:] == own for form in (name, *same))
         return head or len({w.sense for w in related}) == len({w.sense for w in back}) == 1
     if word.relation == "hyponym":
         narrower = {w.gloss for w in related if w.relation == "hyponym" and w.distance == 1}
@@ -240,6 +242,9 @@ def _rivals(name: str, entity: URIRef, classes: Sequence[URIRef], scene: Scene) 
     said, own = folded(name), scene.kg.name(entity)
     others = [other for other in scene.kg.alike(name, classes) if other != own]
     holding = (n for n in others if len(said) > 3 and (said in folded(n) or folded(n) in said))
+    parts = set(words(name)) - set(words(own))
+    if len(words(name)) > 1 and any(parts & set(words(other)) for other in others):
+        return True
     # Of several knives, which one is a paring knife? A frying pan is no cake pan.
     several = [e for part in words(name)[-1:] for e in scene.kg.with_head(part) if e != entity]
     return any(holding) or len(several) >= _SEVERAL or bool(misspelt(name, others, _ALIKE))

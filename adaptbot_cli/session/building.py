@@ -87,11 +87,13 @@ class Session:
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
         from adaptbot_cli.adapters.planner.choice import LIBRARY
-        from adaptbot_cli.core.parsing import parse
+        from adaptbot_cli.core.parse import parser
         from adaptbot_cli.errors import ModelError
 
         request = self.request
-        turns = pursue(self.task, self.kg, parse, request.policy, self.replans, request.full)
+        turns = pursue(
+            self.task, self.kg, parser(self.kg), request.policy, self.replans, request.full
+        )
         try:
             result = drive(turns, self.ports)
         except ModelError as error:

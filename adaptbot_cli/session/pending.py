@@ -52,14 +52,16 @@ def find_open(workspace: Workspace, domain: str) -> Open:
 
 
 def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> Open:
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.pending import Waiting, listed
     from adaptbot_cli.core.tasks import task_for
 
     kg = load(workspace, domain)
     here = [run for run in runs if run.domain == domain]
     waiting = [Waiting(task_for(r.task, kg, r.requires), r.plan, r.unknown) for r in here]
-    pending = drive(listed(waiting, kg, parse), _ports(kg, human_of(Request("", domain), None)))
+    pending = drive(
+        listed(waiting, kg, parser(kg)), _ports(kg, human_of(Request("", domain), None))
+    )
     return Open(kg, waiting, pending, [run.path.stem for run in here])
 
 
@@ -134,7 +136,7 @@ def _remembering(workspace: Workspace, human: Human) -> Human:
 
 def answer(open_: Open, ports: Ports) -> "Sitting":
     """Go through the open questions, learn, and look at the tasks again."""
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.pending import sitting
 
-    return drive(sitting(open_.waiting, open_.kg, parse), ports)
+    return drive(sitting(open_.waiting, open_.kg, parser(open_.kg)), ports)

@@ -24,11 +24,11 @@ def check(text: str, task: "Task", kg: "Kg", repair: bool = True) -> Result:
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parse, text, repair), ports)
+    return drive(inspect(task, kg, parser(kg), text, repair), ports)
 
 
 def replay(
@@ -44,7 +44,7 @@ def replay(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import Player, read
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.tasks import task_for
     from adaptbot_cli.errors import UsageError
 
@@ -58,8 +58,8 @@ def replay(
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
     if turns and turns[0]["turn"] == "finished":  # the planner had no plan at all
-        result = drive(inspect(task, kg, parse, ""), ports)
+        result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
-        result = drive(pursue(task, kg, parse, policy, replans, full), ports)
+        result = drive(pursue(task, kg, parser(kg), policy, replans, full), ports)
     player.end(result)
     return result

@@ -24,7 +24,7 @@ from adaptbot_cli.adapters.simulated import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Proposal, Propose

@@ -97,7 +97,7 @@ def test_e504_where_a_person_rejects_a_plan(edits: list[Edit], told: bool) -> No
 
 
 def test_every_code_has_a_fixture() -> None:
-    parsing = Path(__file__).with_name("parsing").glob("*.py")
+    parsing = Path(__file__).with_name("parse").glob("*.py")
     of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
     assert set(CODES) == set(PLANS) | set(REPLANS) | set(NEEDLESS) | REJECTED | of_texts
 

@@ -6,7 +6,7 @@ from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.mend import mended, with_remedies
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene

@@ -32,6 +32,7 @@ def load() -> Any:
     """Import litellm: with its bundled price list, so that no network is needed, and its logging
     off, which could show a request with its key. Raises ModelError."""
     os.environ.setdefault("LITELLM_LOCAL_MODEL_COST_MAP", "True")
+    os.environ.setdefault("LITELLM_MODE", "PRODUCTION")  # else some releases read a .env file
     os.environ.pop("LITELLM_LOG", None)
     os.environ.pop("OPENAI_LOG", None)
     _straight_to_this_machine()

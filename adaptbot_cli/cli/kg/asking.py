@@ -53,6 +53,8 @@ def carry_out(
     if more is not None:
         out.print(more)
     revision = None
+    if proposal.delta and dry_run:
+        changing.judge(home, proposal.delta)
     if proposal.delta and not dry_run:
         if not (yes or agreed(out, "Commit this?")):
             out.print(Text("nothing was changed", "dim"))
