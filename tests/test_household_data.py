@@ -10,7 +10,7 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.planner.library import nearest_plan
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.tasks import task_for
+from tests.asking import task_for
 from adaptbot_cli.session import Request, build, check, load
 from adaptbot_cli.workspace import Workspace
 from tests.packs import EX, FALSE, HOUSEHOLD, KITCHEN, TRUE

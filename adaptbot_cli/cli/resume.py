@@ -55,6 +55,7 @@ def resume(
         policy=header.get("policy", "tutor"),
         replans=header.get("replans", 3),
         requires=tuple(header.get("requires") or ()),
+        without=tuple(header.get("without") or ()),
         apply=header.get("apply") is True,
         timeout=timeout if timeout is not None else header.get("timeout"),
         max_tokens=max_tokens if max_tokens is not None else header.get("max_tokens"),

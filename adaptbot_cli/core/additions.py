@@ -165,7 +165,9 @@ def _first(
             if n < len(report.steps):
                 dealt_with = set(bound.values.values()) if bound else set()
                 rows = [row for row in rows if dealt_with & set(row.values())]
-            repair = Repair(kg, together=together, supposing=supposing, rather=rather)
+            repair = Repair(
+                kg, together=together, supposing=supposing, rather=rather, bars=scene.bars
+            )
             steps = _steps(goal, [{**row, **more} for row in rows], scene, repair, limit)
             used = {node for step in steps for node in step.values.values()}
             if steps and (not rather or rather & used):
@@ -208,7 +210,7 @@ def _steps(
 def _shortest(goal: Goal, rows: list[Mapping[str, Node]], scene: Scene) -> list[Bound]:
     """The fewest steps that bring a goal about now."""
     for limit in range(1, LONGEST_REPAIR + 1):
-        steps = _steps(goal, rows, scene, Repair(scene.kg), limit)
+        steps = _steps(goal, rows, scene, Repair(scene.kg, bars=scene.bars), limit)
         if steps:
             return steps
     return []

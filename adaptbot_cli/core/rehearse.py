@@ -81,7 +81,8 @@ class Repair:
     finds is already applied to the graph. The action `without` is not made use of. With `together`
     several actions may bring the aim about that none does alone: something is put in, then heated.
     With `supposing` an attribute that is not known is taken to be as an action needs it. What is to
-    be used `rather` than another thing is tried first, before what an action would use by itself.
+    be used `rather` than another thing is tried first, before what an action would use by itself;
+    a thing that `bars` holds of is not used at all.
     """
 
     kg: Kg
@@ -89,6 +90,7 @@ class Repair:
     together: bool = False
     supposing: bool = False
     rather: frozenset[Node] = frozenset()
+    bars: Callable[[Node], bool] | None = None
     tries: int = 0
     trail: list[tuple[str, tuple[tuple[str, Node], ...]]] = field(default_factory=list)
 
@@ -129,6 +131,8 @@ class Repair:
         return [*before, bound] if self._changes_only(bound, aim) else None
 
     def _ruled_out(self, bound: Bound) -> bool:
+        if self.bars is not None and any(map(self.bars, bound.values.values())):
+            return True
         found = attribute_findings(bound, self.kg)
         return any(f.code != "E301" for f in found) if self.supposing else bool(found)
 

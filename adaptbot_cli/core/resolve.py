@@ -167,6 +167,8 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
     if best is None or best[0].sense > 1:
         return None
     word, entity = best
+    if scene.bars(entity):
+        return None
     if scene.uses(entity) and normal(name) not in scene.agreed:
         return None
     if scene.taken.setdefault(entity, normal(name)) != normal(name):
@@ -232,7 +234,8 @@ def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]
         for word in scene.known.get(normal(name), ())
         for entity in sorted(_items_called(word.word, classes, scene))
     ]
-    return list(dict.fromkeys([*related, *nearest(name, scene.kg.alike(name, classes))]))[:5]
+    near = dict.fromkeys([*related, *nearest(name, scene.kg.alike(name, classes))])
+    return [other for other in near if not scene.excludes(other)][:5]
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,11 +21,11 @@ SCHEMA: URIRef = AB.schema
 
 TERMS: frozenset[str] = frozenset(
     """
-    Action Domain Task about absentAction absentItem advice advises agent alias ask asks
-    attribute before calledAs class datatype default effect equals explain falseWord family fetches
+    Action Constraint Domain Task TaskClass about absentAction absentItem advice advises agent alias
+    allergyTo ask asks attribute before calledAs class datatype default diet effect equals explain falseWord family fetches
     filler functional goal graph hand hidden holds ifUnknown impliedBy instead insteadMeans
-    kindOrder locationProperty message name nameProperty namespace needs of ofProduct optional order
-    parameter parameters product prompted property purpose quantifier question requires select
+    kindOrder locationProperty message name nameProperty namespace needs of ofProduct optional order places
+    parameter parameters product prompted property purpose quantifier question requires select servings
     starts state stateWord trueWord unit value verb verbField when with wordField
     """.split()  # noqa: SIM905 - a list would take a page
 )

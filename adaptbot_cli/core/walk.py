@@ -1,6 +1,6 @@
 """A plan on its way through the graph: each step with what it needs and what it changes."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from rdflib import Literal, URIRef
@@ -30,7 +30,8 @@ from adaptbot_cli.core.terms import TRUE
 @dataclass(slots=True)
 class Walk:
     """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
-    `left_there` are things that cannot be picked up and need not be."""
+    `left_there` are things that cannot be picked up and need not be; what `bars` holds of no step
+    is inserted with."""
 
     kg: Kg
     steps: list[Step] = field(default_factory=list)
@@ -40,6 +41,7 @@ class Walk:
     tainted: set[Node] = field(default_factory=set)
     left_there: set[Node] = field(default_factory=set)
     place: int = 0
+    bars: Callable[[Node], bool] | None = None
 
     def skip(self, written: Written, reason: str) -> None:
         """Leave out a step of the plan that is not needed."""
@@ -109,7 +111,7 @@ class Walk:
             aim = aim_of(condition, bound, self.kg)
             aim = replace(aim, values={**bound.values, **row})
             mark = self.kg.mark
-            steps = Repair(self.kg, without=bound.action.name).achieve(aim)
+            steps = Repair(self.kg, without=bound.action.name, bars=self.bars).achieve(aim)
             calls = tuple(render(step, self.kg).render() for step in steps or ())
             self.kg.undo_to(mark)
             if calls:
@@ -154,7 +156,7 @@ class Walk:
         if aim.holds():
             return None
         mark = self.kg.mark
-        inserted = Repair(self.kg).achieve(aim)
+        inserted = Repair(self.kg, bars=self.bars).achieve(aim)
         if inserted is None:
             return Finding("E401", message)
         self.insert(inserted, message, mark)

@@ -4,7 +4,7 @@ from adaptbot_cli.session.building import Request, Session, build
 from adaptbot_cli.session.driving import Ports, drive, perform
 from adaptbot_cli.session.inspecting import check_pack
 from adaptbot_cli.session.loading import load
-from adaptbot_cli.session.playing import check, replay
+from adaptbot_cli.session.playing import check, check_request, replay
 from adaptbot_cli.session.resuming import cut_off, header_of
 from adaptbot_cli.session.starting import start
 
@@ -14,6 +14,7 @@ __all__ = [
     "Session",
     "build",
     "check",
+    "check_request",
     "check_pack",
     "cut_off",
     "drive",

@@ -10,7 +10,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from adaptbot_cli import session
 from adaptbot_cli.adapters.store import reading
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.tasks import task_for
+from tests.asking import task_for
 from adaptbot_cli.workspace import Workspace
 from tests.bench.table import Table
 

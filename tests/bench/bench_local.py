@@ -34,7 +34,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parsing import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.tasks import task_for
+from tests.asking import task_for
 from adaptbot_cli.core.turns import Ask, Planner, Turn
 from adaptbot_cli.core.tutor import pursue
 from adaptbot_cli.errors import ModelError

@@ -25,7 +25,7 @@ from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, read_files,
 from adaptbot_cli.adapters.store.turtle import serialize
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.tasks import task_for
+from tests.asking import task_for
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace

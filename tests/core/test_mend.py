@@ -14,7 +14,7 @@ from adaptbot_cli.core.parsing import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.tasks import task_for
+from tests.asking import task_for
 from adaptbot_cli.resources import bundled
 
 KITCHEN = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")

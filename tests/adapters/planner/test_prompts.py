@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.tasks import task_for
+from tests.asking import task_for
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.resources import bundled
 
