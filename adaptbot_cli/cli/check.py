@@ -34,6 +34,12 @@ def check(
     task: Annotated[
         str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
     ] = "",
+    no_repair: Annotated[
+        bool,
+        typer.Option(
+            "--no-repair", help="Judge the plan as it is: put nothing in, leave none out."
+        ),
+    ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -44,7 +50,8 @@ def check(
     text = read_plan(plan)
     started = time.monotonic()
     graph = session.load(home, domain_name(domain, home), kg or ())
-    result = session.check_request(text, task, home, graph, items(requires), items(without))
+    wanted, banned = items(requires), items(without)
+    result = session.check_request(text, task, home, graph, wanted, banned, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 

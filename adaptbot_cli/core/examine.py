@@ -49,7 +49,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     parsed = in_order(parsed, scene)
     calls = [written.call for written in parsed.calls]
     scene.notice(calls)
-    walk = Walk(scene.kg, bars=scene.bars)
+    walk = Walk(scene.kg, scene.repair, bars=scene.bars)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
         for place, written in enumerate(parsed.calls):
@@ -62,9 +62,11 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
                 if meant.change is not None:
                     sound = replace(sound, changes=(meant.change, *sound.changes))
                 later = islice(calls, place + 1, None)
-                walk.take(written, sound, _pointless(sound, later, walk, scene))
+                why = _pointless(sound, later, walk, scene) if scene.repair else ""
+                walk.take(written, sound, why)
         _put_right(walk, before, scene)
-        _reach_goals(walk, scene)
+        if scene.repair:
+            _reach_goals(walk, scene)
         checked = parsed.calls and not walk.tainted
         unmet, missing = check_goal(scene) if checked else ((), ())
         walk.findings += _slipped_in(walk, scene)
@@ -221,7 +223,8 @@ def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
             {"item": node},
         )
         mark = walk.kg.mark
-        inserted = Repair(walk.kg, bars=scene.bars).achieve(aim)
+        repair = Repair(walk.kg, bars=scene.bars)
+        inserted = repair.achieve(aim) if scene.repair else None
         if inserted is None:
             walk.findings.append(Finding("W601", message, scene.kg.name(node)))
         else:

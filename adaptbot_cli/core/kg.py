@@ -12,6 +12,7 @@ from rdflib import RDF, RDFS, Dataset, Graph, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
+from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, variants, without_s
@@ -145,13 +146,16 @@ class Kg:
         """Answer a query; what was asked in this very state before is not asked again."""
         key = self._asked(query, bindings)
         if key not in self._answers:
-            result = self.facts.query(query, initBindings=dict(key[2]))
-            if result.type == "ASK":
-                self._answers[key] = bool(result.askAnswer)
-            else:
-                rows = [{str(k): v for k, v in row.items()} for row in result.bindings]
-                self._answers[key] = rows
+            words = " ".join(query.split())
+            told = f"a query of the domain ({words[:200]})"
+            self._answers[key] = within(lambda: self._evaluated(query, dict(key[2])), told)
         return self._answers[key]
+
+    def _evaluated(self, query: str, bindings: dict[str, Identifier]) -> Any:
+        result = self.facts.query(query, initBindings=bindings)
+        if result.type == "ASK":
+            return bool(result.askAnswer)
+        return [{str(k): v for k, v in row.items()} for row in result.bindings]
 
     def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
         """Return the value of `name` in the first solution of a SELECT, if there is one."""

@@ -160,7 +160,7 @@ def _product(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
 
 def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
     """A synonym, broader or narrower word that names exactly one item of the right kind."""
-    if scene.requires(name) or is_absent(scene.kg, name, "item"):
+    if not scene.repair or scene.requires(name) or is_absent(scene.kg, name, "item"):
         return None
     related = scene.known.get(normal(name), ())
     best = _best(related, lambda w: _items_called(w, classes, scene), _ITEM_REACH)
@@ -316,7 +316,7 @@ def _action_by_verb(name: str, scene: Scene) -> NamedAction | None:
 
 
 def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
-    if is_absent(scene.kg, name, "action"):
+    if not scene.repair or is_absent(scene.kg, name, "action"):
         return None
     related = scene.known.get(normal(name), ())
     best = _best(related, lambda word: _actions_called(word, scene), _ACTION_REACH)

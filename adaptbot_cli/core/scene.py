@@ -18,6 +18,7 @@ from adaptbot_cli.core.words import Related
 class Scene:
     """Everything that judging one plan needs.
 
+    Without `repair` a plan is looked at as it is: nothing is put in, left out or added.
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
     `agreed` the names that words were put in for in a plan that the person then edited;
@@ -34,6 +35,7 @@ class Scene:
     aside: frozenset[str] = frozenset()
     agreed: set[str] = field(default_factory=set)
     drop: bool = True
+    repair: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)
     around: dict[str, tuple[Related, ...]] = field(default_factory=dict)

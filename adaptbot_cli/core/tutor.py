@@ -213,13 +213,14 @@ def _amend(run: Run, report: Report) -> Generator[Turn, Any, Report]:
     return report
 
 
-def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:
+def inspect(task: Task, kg: Kg, parse: Parse, text: str, repair: bool = True) -> Turns:
     """Check a plan's text without model or human, and return the `Result`.
 
-    Nothing is dropped: what is not there is reported, whether the goal needs it or not.
+    Nothing is dropped: what is not there is reported, whether the goal needs it or not. Without
+    `repair` no step is inserted, left out or moved, and no word put in for another.
     """
     parse = cache(parse)
-    scene = Scene(kg, task, drop=False)
+    scene = Scene(kg, task, drop=False, repair=repair)
     run = Run(kg, task, parse, scene)
     report = yield from look_at(run, text)
     outcome = (yield Execute(report)) if report.executable else None

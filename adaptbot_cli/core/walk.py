@@ -30,10 +30,11 @@ from adaptbot_cli.core.terms import TRUE
 @dataclass(slots=True)
 class Walk:
     """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
-    `left_there` are things that cannot be picked up and need not be; what `bars` holds of no step
-    is inserted with."""
+    `left_there` are things that cannot be picked up and need not be. Without `repair` no step is
+    inserted, and none ever with what `bars` holds of."""
 
     kg: Kg
+    repair: bool = True
     steps: list[Step] = field(default_factory=list)
     bounds: list[Bound | None] = field(default_factory=list)
     deltas: list[Delta] = field(default_factory=list)
@@ -156,7 +157,7 @@ class Walk:
         if aim.holds():
             return None
         mark = self.kg.mark
-        inserted = Repair(self.kg, bars=self.bars).achieve(aim)
+        inserted = Repair(self.kg, bars=self.bars).achieve(aim) if self.repair else None
         if inserted is None:
             return Finding("E401", message)
         self.insert(inserted, message, mark)

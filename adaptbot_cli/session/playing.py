@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
 
 
-def check(text: str, task: Task, kg: "Kg") -> Result:
-    """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
+def check(text: str, task: Task, kg: "Kg", repair: bool = True) -> Result:
+    """Check a plan's text on a graph, without model or human. Nothing in the world changes.
+
+    Without `repair` the plan is judged as it is.
+    """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
     from adaptbot_cli.core.execute import Rehearsal
@@ -26,7 +29,7 @@ def check(text: str, task: Task, kg: "Kg") -> Result:
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parse, text), ports)
+    return drive(inspect(task, kg, parse, text, repair), ports)
 
 
 def check_request(
@@ -36,14 +39,15 @@ def check_request(
     kg: "Kg",
     requires: Sequence[str] = (),
     without: Sequence[str] = (),
+    repair: bool = True,
 ) -> Result:
     """Check a plan's text for what a request asks: one task, as a plan is for one."""
     reading = reader(kg, workspace, requires, without)(request)
     if not reading.tasks:
-        return check(text, Task("", unread=(reading.refused,), said=request), kg)
+        return check(text, Task("", unread=(reading.refused,), said=request), kg, repair)
     first, *others = reading.tasks
     unread = (*first.unread, *(task.name for task in others))
-    return check(text, replace(first, unread=unread), kg)
+    return check(text, replace(first, unread=unread), kg, repair)
 
 
 def replay(

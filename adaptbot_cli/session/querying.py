@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.sparql import form_of, reaches_out
+from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.changing import Proposal, after
@@ -17,6 +18,9 @@ from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.graphs import Answered
+
+_SECONDS = 60.0
+"""How long a query of a person may take."""
 
 
 def prefixes(home: Home) -> dict[str, str]:
@@ -34,12 +38,12 @@ def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
     """
     from adaptbot_cli.adapters.store.graphs import ask
 
-    _keep_in(text)
+    text = _kept_in(text)
     kg = load(home.workspace, home.domain, files) if files else home.kg
     graphs = {str(name): set(kg.graph(name)) for name in (ATTRIBUTES, STATES, SCHEMA)}
     if form_of(text) == "update":
         raise UsageError("this is an update, which would change the graph: --update makes it")
-    return ask(graphs, text, prefixes(home))
+    return within(lambda: ask(graphs, text, prefixes(home)), "this query", _SECONDS)
 
 
 def update(home: Home, text: str) -> Proposal:
@@ -48,7 +52,7 @@ def update(home: Home, text: str) -> Proposal:
     Raises:
         UsageError: it is no valid update, or would reach the network or change the classes.
     """
-    _keep_in(text)
+    text = _kept_in(text)
     if form_of(text) == "query":
         raise UsageError("this is a query, which changes nothing: ask it without --update")
     now = _updated(home, text)
@@ -61,13 +65,22 @@ def update(home: Home, text: str) -> Proposal:
 def _updated(home: Home, text: str) -> frozenset[Triple]:
     from adaptbot_cli.adapters.store.graphs import update as updated
 
-    return updated(home.facts, home.kg.graph(SCHEMA), text, prefixes(home))
+    facts, classes, known = home.facts, home.kg.graph(SCHEMA), prefixes(home)
+    return within(lambda: updated(facts, classes, text, known), "this update", _SECONDS)
 
 
-def _keep_in(text: str) -> None:
-    word = reaches_out(text)
+def _kept_in(text: str) -> str:
+    """Return a query's text as it may be asked. Raises UsageError."""
+    text = one_newline(text)
+    if len(text) > LONGEST:
+        raise UsageError(f"the query has more than {LONGEST:,} characters; import takes a graph in")
+    try:
+        word = reaches_out(text)
+    except ValueError as problem:
+        raise UsageError(str(problem)) from None
     if word:
         raise UsageError(f"{word} would reach the network; a query asks this graph alone")
+    return text
 
 
 def exported(

@@ -158,11 +158,12 @@ def refuse(event, arguments):
 
 sys.addaudithook(refuse)
 from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.wordnet.build import TARGET
 lexicon = WordNet()
 assert not any(name.partition(".")[0] == "nltk" for name in sys.modules)
 found = lexicon.related("skillet", frozenset({"noun.artifact"}))
 import nltk.data
-assert not any("adaptbot" in str(folder) for folder in nltk.data.path), nltk.data.path
+assert not any(TARGET.is_relative_to(folder) for folder in nltk.data.path), nltk.data.path
 print(found[0].word)
 """
 

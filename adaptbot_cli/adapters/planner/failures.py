@@ -32,6 +32,15 @@ class Failure(Exception):
         self.why, self.again, self.wait = why, again, wait
 
 
+class BrokenOff(Failure):
+    """The answer began and ended without saying that it was whole: by a clean end, a lost
+    connection or an error in the stream. Which of these it was, litellm tells differently from
+    release to release, and it makes no difference to what can be done."""
+
+    def __init__(self) -> None:
+        super().__init__("its answer broke off", again=True)
+
+
 @dataclass(frozen=True, slots=True)
 class Called:
     """Which model was called: its name, where if that is known, and what must not be told."""
@@ -55,8 +64,11 @@ def our_own(error: BaseException) -> ModelError | None:
     return next((cause for cause in _causes(error) if isinstance(cause, ModelError)), None)
 
 
-def failure(error: BaseException, called: Called, known: Callable[[], Iterable[str]]) -> Failure:
-    """Return what an error of litellm's or of the reading means; `known` tells models' names."""
+def failure(
+    error: BaseException, called: Called, known: Callable[[], Iterable[str]], begun: bool = False
+) -> Failure:
+    """Return what an error of litellm's or of the reading means; `known` tells models' names,
+    `begun` whether a part of the answer had arrived before it."""
     if isinstance(error, Failure):
         return error
     kind, causes = type(error).__name__, list(_causes(error))
@@ -76,9 +88,12 @@ def failure(error: BaseException, called: Called, known: Callable[[], Iterable[s
         return Failure("it is limiting requests (429)", True, _retry_after(error))
     if kind == "RateLimitError":
         return Failure("the account has no credit or quota left; see the provider's billing page")
+    failed = isinstance(status, int) and status >= 500
+    if begun and (failed or _is_network(error, causes)):
+        return BrokenOff()
     if _is_network(error, causes):
         return Failure(_unreachable(causes, called), again=not _nobody_there(causes))
-    if isinstance(status, int) and status >= 500:
+    if failed:
         shown = "" if kind == "APIConnectionError" else f" ({status})"
         return Failure(f"{called.place} failed{shown}", True, _retry_after(error))
     if kind == "Timeout":

@@ -8,7 +8,14 @@ from typing import Any, Protocol
 
 from adaptbot_cli.adapters.planner import provider
 from adaptbot_cli.adapters.planner.budget import ONE_ANSWER, Budget, Spent
-from adaptbot_cli.adapters.planner.failures import WITHOUT_MODEL, Called, Failure, failure, our_own
+from adaptbot_cli.adapters.planner.failures import (
+    WITHOUT_MODEL,
+    BrokenOff,
+    Called,
+    Failure,
+    failure,
+    our_own,
+)
 from adaptbot_cli.adapters.planner.provider import Asking, Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
 from adaptbot_cli.adapters.planner.streaming import Answer, read
@@ -94,15 +101,22 @@ class Model:
 
     def _tried(self, model: Provider, called: Called, messages: list[Message]) -> str:
         """Ask until there is an answer, as often and long as it makes sense. Raises ModelError."""
+        unfinished = ""
         for number in range(1, TRIES + 1):
-            room = self._room(model, messages)
+            room, answer = self._room(model, messages), Answer()
             try:
-                return self._answered(model, messages, room, last=number > 1)
+                return self._answered(model, messages, room, answer)
             except Exception as error:  # litellm raises each provider's own kinds of errors
                 own = our_own(error)
                 if own is not None:
                     raise own from None
-                failed = failure(error, called, model.names)
+                failed = failure(error, called, model.names, answer.begun)
+            if isinstance(failed, BrokenOff):
+                before, unfinished = unfinished, self._text(answer, None)
+                # Some servers never say that an answer is whole: then it is the same once more.
+                if unfinished and (unfinished == before or number == TRIES):
+                    self.watcher.tell("the answer ended without saying that it was whole")
+                    return unfinished
             if self.budget.seconds_left <= 0:
                 limit = f"a run gives it {self.budget.limits.seconds:g} s (--timeout)"
                 raise ModelError(called.sentence(f"{failed.why}; {limit}"))
@@ -147,10 +161,10 @@ class Model:
         time.sleep(seconds)
 
     def _answered(
-        self, model: Provider, messages: list[Message], room: int | None, last: bool
+        self, model: Provider, messages: list[Message], room: int | None, answer: Answer
     ) -> str:
         """Ask once; return the answer's text. Raises Failure, or what litellm raises."""
-        answer, sieve = Answer(), Sieve(self.secrets)
+        sieve = Sieve(self.secrets)
         seconds = min(ONE_ANSWER, self.budget.seconds_left)
         try:
             with self.watcher.answering() as show:
@@ -164,10 +178,13 @@ class Model:
         except Exception:
             self._count(model, answer, messages)
             raise
-        whole = self._count(model, answer, messages)
-        text = self.secrets.cut(plan_text(answer, whole))
-        self._judge(answer, text, last)
+        text = self._text(answer, self._count(model, answer, messages))
+        self._judge(answer, text)
         return text
+
+    def _text(self, answer: Answer, whole: Any) -> str:
+        """Return what an answer says, without secrets."""
+        return self.secrets.cut(plan_text(answer, whole))
 
     def _count(self, model: Provider, answer: Answer, messages: list[Message]) -> Any:
         """Count what an answer, whole or not, has cost; return it as litellm puts it together."""
@@ -177,7 +194,7 @@ class Model:
         self.budget.answers.append(spent)
         return whole
 
-    def _judge(self, answer: Answer, text: str, last: bool) -> None:
+    def _judge(self, answer: Answer, text: str) -> None:
         """Raise Failure for an answer that is none; say what is odd about one that is."""
         if answer.ended == "content_filter":
             raise Failure("the provider refused the content")
@@ -185,12 +202,10 @@ class Model:
             raise Failure("its answer came to its length limit before it wrote any plan")
         if not text:
             raise Failure(f"its answer was empty{self._wrong_address()}", again=True)
-        if answer.ended is None and not last:
-            raise Failure("its answer broke off", again=True)
+        if answer.ended is None:
+            raise BrokenOff
         if answer.ended == "length":
             self.watcher.tell("the answer was cut off at its length limit")
-        elif answer.ended is None:
-            self.watcher.tell("the answer ended without saying that it was whole")
 
     def _wrong_address(self) -> str:
         return "; is the API base right? it mostly ends in /v1" if self.asking.api_base else ""

@@ -67,6 +67,12 @@ class Asking:
     api_base: str | None = None
 
 
+def _reported(usage: Any, name: str) -> int:
+    """Return a count of tokens that a server reports, 0 for none and for what is no count."""
+    count = getattr(usage, name, None)
+    return max(count, 0) if isinstance(count, int) else 0
+
+
 @dataclass(frozen=True, slots=True)
 class Provider:
     """A model as litellm reaches it."""
@@ -108,15 +114,20 @@ class Provider:
         return self.model.startswith("openai/") and not os.environ.get("OPENAI_API_KEY")
 
     def whole(self, chunks: list[Any], messages: list[dict[str, str]]) -> tuple[Any, Spent]:
-        """Build an answer from its chunks, and tell what it cost: as told, or else as counted."""
+        """Build an answer from its chunks, and return what it cost: as reported, and counted here
+        where the report is missing or impossible."""
         try:
             whole = self.litellm.stream_chunk_builder(chunks, messages=messages)
         except Exception:  # chunks of a form that litellm streams but cannot put together
-            return None, Spent(1)
+            whole = None
         usage = getattr(whole, "usage", None)
-        prompt = int(getattr(usage, "prompt_tokens", 0) or 0)
-        completion = int(getattr(usage, "completion_tokens", 0) or 0)
+        prompt = _reported(usage, "prompt_tokens") or self.tokens(messages)
+        completion = _reported(usage, "completion_tokens") or self._tokens_of(chunks)
         return whole, Spent(1, prompt, completion, self._cost(whole))
+
+    def _tokens_of(self, chunks: list[Any]) -> int:
+        texts = [chunk.choices[0].delta.content or "" for chunk in chunks if chunk.choices]
+        return int(self.litellm.token_counter(model=self.model, text="".join(texts)))
 
     def _cost(self, whole: Any) -> float | None:
         """What an answer cost in US dollars, as litellm has it, which knows of cached prompts."""

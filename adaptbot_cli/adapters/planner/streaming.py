@@ -27,18 +27,24 @@ class Pieces(Protocol):
 
 @dataclass(slots=True)
 class Answer:
-    """What came of an answer so far. `ended` is the reason that the model gave, if it gave one."""
+    """What came of an answer so far. `ended` is the reason for its end, None without one."""
 
     chunks: list[Any] = field(default_factory=list)
     text: list[str] = field(default_factory=list)
     size: int = 0
     ended: str | None = None
 
+    @property
+    def begun(self) -> bool:
+        """Whether anything but empty chunks has come."""
+        return self.size > 0
+
     def take(self, chunk: Any) -> str:
         """Keep a chunk; return the text in it. Raises TooLong."""
         self.chunks.append(chunk)
         if not chunk.choices:
             return ""
+        self.ended = chunk.choices[0].finish_reason or self.ended
         delta = chunk.choices[0].delta
         calls = getattr(delta, "tool_calls", None) or ()
         self.size += sum(len(call.function.arguments or "") for call in calls if call.function)
@@ -75,9 +81,11 @@ def read(
             except queue.Empty:
                 raise TooSlow from None
             if isinstance(chunk, _End):
-                into.ended = chunk.reason
                 if chunk.error is not None:
+                    into.ended = None
                     raise chunk.error
+                if chunk.unexplained:
+                    into.ended = None
                 return
             piece = into.take(chunk)
             if piece:
@@ -88,7 +96,7 @@ def read(
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    reason: str | None = None
+    unexplained: bool = False
     error: BaseException | None = None
 
 
@@ -107,8 +115,9 @@ def _read(
     except BaseException as error:
         pieces.put(_End(error=error))
     else:
-        # litellm says "stop" of itself where a stream has just ended; this is what really came.
-        pieces.put(_End(getattr(stream, "received_finish_reason", None)))
+        # Releases before 1.109 write "stop" themselves where a stream has just ended, and keep here
+        # what really came. A release without this field is taken at its chunks' word.
+        pieces.put(_End(unexplained=getattr(stream, "received_finish_reason", "") is None))
 
 
 def _close(stream: Any) -> None:

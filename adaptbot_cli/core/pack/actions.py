@@ -21,7 +21,14 @@ from adaptbot_cli.core.pack.noting import NOTHING, Notes
 from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
 from adaptbot_cli.core.pack.slips import check_effect, check_queries
 from adaptbot_cli.core.pack.vocabulary import check_terms
-from adaptbot_cli.core.sparql import mentions, prefixed, split_update, template, variables
+from adaptbot_cli.core.sparql import (
+    mentions,
+    one_newline,
+    prefixed,
+    split_update,
+    template,
+    variables,
+)
 from adaptbot_cli.core.terms import AB, local
 
 
@@ -158,7 +165,7 @@ def _called_as(entry: Entry) -> Iterator[CalledAs]:
 
 
 def _effect(entry: Entry) -> Effect | None:
-    text = entry.text(AB.effect, "")
+    text = one_newline(entry.text(AB.effect, ""))
     if not text or refused_dollars(entry, text, "ab:effect"):
         return None
     prefixes = prefixed(entry.graph, text)

@@ -142,13 +142,28 @@ def test_use_that_the_server_does_not_tell_is_counted_here(ask: Ask) -> None:
     assert proposal.prompt_tokens > 400 and proposal.completion_tokens > 20
 
 
+@pytest.mark.parametrize("count", [0, -500])
+def test_use_that_is_no_use_beside_a_text_is_counted_here(ask: Ask, count: int) -> None:
+    usage = dict.fromkeys(USAGE, count)
+    proposal = ask(says(PLAN, usage=usage)).proposal
+    assert proposal is not None
+    assert proposal.prompt_tokens > 400 and proposal.completion_tokens >= 20
+
+
+def test_an_answer_that_never_ends_the_same_way_is_taken_after_the_last_try(ask: Ask) -> None:
+    cuts = [PLAN[:20], PLAN[:30], PLAN[:25], PLAN]
+    asked = ask(*(server.ends_early(text) for text in cuts))
+    assert asked.text == PLAN and len(asked.server.asked) == len(cuts)
+    assert asked.seen.told[-1] == "the answer ended without saying that it was whole"
+
+
 TRANSIENT: dict[str, tuple[Answer, str]] = {
     "busy": (refuses(429, "slow down", Retry_After="0.2"), "limiting requests (429); "),
     "busy without a time": (refuses(429, "slow down"), "limiting requests (429); "),
     "failed": (refuses(500, "boom"), "failed (500); "),
     "not there": (refuses(503, "boom"), "failed (503); "),
     "dropped": (server.drops, "was lost; "),
-    "cut": (server.cut(PLAN), "was lost; "),
+    "cut": (server.cut(PLAN), "broke off; "),
     "ended early": (server.ends_early(PLAN), "broke off; "),
     "empty": (says(""), "empty"),
     "a page": (server.a_page, "is the API base right"),
