@@ -102,7 +102,9 @@ def _of_the_request(scene: Scene) -> Iterable[Finding]:
 
 def _in_name(name: str, task: Task) -> bool:
     """Whether a task is named after something: a lime tea without lime is none."""
-    return set(words(name)) <= {part for word in words(task.name) for part in (word, *singulars(word))}
+    return set(words(name)) <= {
+        part for word in words(task.name) for part in (word, *singulars(word))
+    }
 
 
 def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
@@ -110,12 +112,12 @@ def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
     if not scene.task.barred and not scene.task.rules:
         return
     found = {f.step for f in walk.findings if f.code == "E505"}
-    for number, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
+    for n, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
         used = {*(bound.values.values() if bound else ())}
         used |= {node for s, _, o in delta.added for node in (s, o)}
         things = sorted(filter(None, {scene.excluded(node) for node in used}))
-        if things and number not in found:
-            yield Finding("E505", things[0], walk.steps[number - 1].call.action, step=number)
+        if things and n not in found:
+            yield Finding("E505", things[0], walk.steps[n - 1].call.action, step=n)
 
 
 def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:

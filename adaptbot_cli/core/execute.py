@@ -76,7 +76,8 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
         if not any(found) or (not kg.domain.products and sum(found) < len(things)):
             yield Finding("E503", f"what was asked for is not at {task.place}", task.place)
     if task.amount > 1:
-        served = len(kg.rows(kg.domain.servings, {})) if kg.domain.servings else 0
+        rows = kg.rows(kg.domain.servings, {}) if kg.domain.servings else []
+        served = len({row["vessel"] for row in rows})
         if served < task.amount:
             made = f"the plan makes {served}" if served else "no plan counts what it makes"
             yield Finding("E506", f"{task.amount} are asked for, and {made}", str(task.amount))
@@ -104,7 +105,9 @@ def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
     places: list[Mapping[str, Node]] = [{}]
     if goal.places:
         named = [{"place": place} for place in kg.find(task.place)] if task.place else []
-        places = [*named] if task.place else [{"place": r["place"]} for r in kg.rows(goal.places, {})]
+        places = (
+            [*named] if task.place else [{"place": r["place"]} for r in kg.rows(goal.places, {})]
+        )
     for name in task.required:
         found = [e for e in kg.find(name) if kg.is_a(e, classes)]
         if goal.places and name == task.place:

@@ -43,7 +43,7 @@ CODES: dict[str, Code] = {
     "W605": Code("no goal is known for the task", blocks=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
-its goal; W: it runs. W604 and W605 are open until a person has said what is meant: no goal is met."""
+its goal; W: it runs. W604 and W605 are open until a person has said what is meant."""
 
 OF_THE_REQUEST = frozenset({"W604", "W605"})
 """The codes of what only a person can mend: no other plan would."""

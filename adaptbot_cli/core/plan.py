@@ -126,8 +126,8 @@ class Task:
     The rest is what was asked besides (`core/request.py`): `excluded` are names of what must not be
     used, `barred` further words for it, `rules` named constraints; `amount` is how many are wanted;
     `place` where things are to be brought, `inside` pairs of a content and its vessel, `states`
-    pairs of an item and a state that it must end in; `unread` are phrases nobody understood, `said` the
-    person's own words.
+    pairs of an item and a state that it must end in; `unread` are phrases nobody understood, `said`
+    the person's own words.
     """
 
     name: str

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from itertools import takewhile
 from typing import Literal
 
 from rdflib import URIRef, Variable
@@ -19,7 +20,7 @@ from adaptbot_cli.core.domain import Action, Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, sentence_list, singulars, words
 from adaptbot_cli.core.plan import Constraint, Task
-from adaptbot_cli.core.terms import TRUE, local
+from adaptbot_cli.core.terms import TRUE
 from adaptbot_cli.core.words import Lexicon, NoLexicon, Sense
 
 _LONGEST_NAME = 5
@@ -30,6 +31,8 @@ _A_SLIP = 0.74
 
 _WORD = re.compile(r"w/o|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+]")
 _STOPS = frozenset(";.:!?")
+_PARTICLES = frozenset({"on", "off", "up", "out", "away", "down"})
+_ENDS = frozenset({*_STOPS, ",", "and", "then", "please", "but", "with", "without"})
 
 Names = Sequence[tuple[str, ...]]
 
@@ -82,6 +85,7 @@ def told(task: Task) -> str:
     parts += [f"x{task.amount}"] if task.amount > 1 else []
     parts += [f"with {sentence_list(task.required, 12)}"] if task.required else []
     parts += [f"without {sentence_list(task.excluded, 12)}"] if task.excluded else []
+    parts += [f"so that it is {rule.name}" for rule in task.rules if rule.diet]
     parts += [f"to {task.place}"] if task.place else []
     return " ".join(part.replace("_", " ") for part in parts)
 
@@ -105,7 +109,7 @@ def understand(
         task = _with_options(Task("", ()), asked, banned, vocabulary)
         return Reading(text, (task,), task.unread)
     tokens = [word.lower().replace("\u2019", "'") for word in _WORD.findall(text.replace("_", " "))]
-    tokens, guesses = vocabulary.respelt(tokens)
+    tokens, guesses = vocabulary.respelt(vocabulary.rejoined(tokens))
     reader = _Reader(vocabulary)
     reader.read(vocabulary.parts(tokens))
     tasks = tuple(
@@ -149,8 +153,8 @@ def _with_options(
     required = tuple(dict.fromkeys((*task.required, *asked)))
     barred = task.barred | vocabulary.barred(excluded)
     task = replace(task, rules=tuple(rules), excluded=excluded, barred=barred, unread=tuple(unread))
-    named = {word for name in (*asked, task.name) for word in (normal(name), *words(name))}
-    kept = tuple(n for n in required if normal(n) in named or not excludes(n, task, kg))
+    needs = next((t.required for t in kg.domain.tasks if t.iri == task.iri), ())
+    kept = tuple(n for n in required if n not in needs or n in asked or not excludes(n, task, kg))
     return replace(task, required=kept)
 
 
@@ -180,9 +184,9 @@ def excluded(entity: Node, task: Task, kg: Kg) -> str:
         if heads & task.barred:
             return f"the request excludes {sorted(heads & task.barred)[0]}, which {name} is"
     for rule in task.rules:
-        if kg.is_a(entity, rule.classes) and not kg.ask(rule.query, {"item": entity}):
-            if not unsure(entity, rule, kg):
-                return rule.message.format(item=name)
+        unsafe = kg.is_a(entity, rule.classes) and not kg.ask(rule.query, {"item": entity})
+        if unsafe and not unsure(entity, rule, kg):
+            return rule.message.format(item=name)
     return ""
 
 
@@ -236,6 +240,7 @@ class _Part:
     action: Action | None = None
     state: str = ""
     number: int = 0
+    called: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
@@ -275,13 +280,20 @@ class _Vocabulary:
         """The names of tasks, of classes of tasks and of dishes, as words, with what they mean."""
         if not self._names:
             named: dict[str, Task] = {}
-            for dish in self.dishes:
-                named[normal(dish)] = Task(dish, thin=True)
             for task in {t.iri: t for t in self.domain.task_classes.values()}.values():
                 taught = self.kg.aliases(task.iri) if task.iri else ()
                 named.update({normal(name): task for name in taught})
             named.update(self.domain.task_classes)
             named.update(self.domain.task_names)
+            classes = [
+                _plain(name) for name in (*self.domain.task_classes, *self.domain.task_names)
+            ]
+            for dish in self.dishes:
+                if dish.endswith(" of"):
+                    continue  # "glass of": what it is full of is still to come
+                # "chicken soup" is a soup with chicken, whatever plan there is for it
+                if not any(_part_of(name, _plain(dish), self.domain) for name in classes):
+                    named.setdefault(normal(dish), Task(dish, thin=True))
             for name, task in named.items():
                 parts = tuple(w for w in words(name) if w not in english.DETERMINERS)
                 for form in _orders(parts):
@@ -295,7 +307,9 @@ class _Vocabulary:
             found = {normal(name) for name in self.kg.names()}
             found |= {normal(name) for e in self.kg.instances(self.domain.kinds)
                       for name in self.kg.aliases(e)}  # fmt: skip
-            found |= {name for rule in self.domain.constraints for name in (*rule.names, *rule.strict)}
+            found |= {
+                name for rule in self.domain.constraints for name in (*rule.names, *rule.strict)
+            }
             self._known = sorted(found)
         return self._known
 
@@ -318,7 +332,9 @@ class _Vocabulary:
         known |= {w for name, _ in self.names for w in name}
         known |= english.VERBS | self.domain.fillers | english.OCCASIONS | english.PEOPLE
         known |= {"without", "with", "please", "could", "would", "free"}
-        known |= {w for a in self.domain.actions.values() for n in (a.name, *a.aliases) for w in words(n)}
+        known |= {
+            w for a in self.domain.actions.values() for n in (a.name, *a.aliases) for w in words(n)
+        }
         likely = sorted(w for w in known if len(w) > 2 and abs(len(w) - len(word)) <= 3)
         for near in get_close_matches(word, likely, 3, _A_SLIP):
             if near[0] == word[0] or sorted(near) == sorted(word):
@@ -342,7 +358,9 @@ class _Vocabulary:
             return grammar or _Part("unread", (tokens[at],))
         if grammar is None or grammar.role in ("measure", "word"):
             longer = grammar is None or len(name.words) >= len(grammar.words)
-            weak = grammar is not None and not (name.task or name.thing or name.rule or name.several)
+            weak = grammar is not None and not (
+                name.task or name.thing or name.rule or name.several
+            )
             of = tokens[at + 1 : at + 2] == ["of"]
             weak = weak and not (name.action and grammar.role == "measure" and not of)  # type: ignore[union-attr]
             return name if longer and not weak else grammar or name
@@ -350,7 +368,7 @@ class _Vocabulary:
 
     def _grammar(self, tokens: Sequence[str], at: int) -> _Part | None:
         word = tokens[at]
-        if word in ("," , "&", "+") or word in _STOPS:
+        if word in (",", "&", "+") or word in _STOPS:
             role: Role = "comma" if word == "," else "stop" if word in _STOPS else "and"
             return _Part(role, (word,))
         tables: tuple[tuple[Role, tuple[tuple[str, ...], ...]], ...] = (
@@ -361,14 +379,13 @@ class _Vocabulary:
         best: _Part | None = None
         for role, phrases in tables:
             for phrase in phrases:
-                if tuple(tokens[at : at + len(phrase)]) == phrase:
-                    if best is None or len(phrase) > len(best.words):
-                        best = _Part(role, phrase)
+                longer = best is None or len(phrase) > len(best.words)
+                if longer and tuple(tokens[at : at + len(phrase)]) == phrase:
+                    best = _Part(role, phrase)
         if best is not None:
             return best
         if word.isdigit() or word in english.NUMBERS:
-            number = int(word) if word.isdigit() and len(word) < 6 else english.NUMBERS.get(word, 0)
-            return _Part("number", (word,), number=number)
+            return _Part("number", (word,), number=_count(word))
         if word in english.AFTER_ALLERGEN:
             return _Part("allergen", (word,))
         if word in english.MEASURES:
@@ -381,9 +398,10 @@ class _Vocabulary:
 
     def _name(self, tokens: Sequence[str], at: int) -> _Part | None:
         """The longest name that begins here, as everything that it may be."""
-        task, end = self._task(tokens, at)
+        task, end, called = self._task(tokens, at)
         best = end
-        thing, several, state, rule, action = "", (), "", None, None
+        thing, state, rule, action = "", "", None, None
+        several: tuple[str, ...] = ()
         for length in range(min(_LONGEST_NAME, len(tokens) - at), 0, -1):
             said = tokens[at : at + length]
             if at + length < best or any(not w[0].isalnum() for w in said):
@@ -393,41 +411,61 @@ class _Vocabulary:
             joined = "_".join(said)
             entities = self.kg.find(joined)
             group = self._numbered(joined) if not entities else ()
-            called = self.rule_called(joined, strict=False)
+            ruled = self.rule_called(joined, strict=False)
             act = self._action(joined)
             prop = self._state(joined) if length == 1 else ""
-            if not (entities or group or called or act or prop):
+            if not (entities or group or ruled or act or prop):
                 continue
             if at + length > best:
-                task, best = None, at + length
+                task, best, called = None, at + length, ()
             thing = self.kg.name(entities[0]) if entities else ""
-            several, rule, action, state = group, called, act, prop
+            several, rule, action, state = group, ruled, act, prop
             break
         if not best:
             return None
         if thing and task is None and best - at > 1:
             # "green tea" is a thing, and a tea as well.
-            head, ended = self._task(tokens, best - 1)
+            head, ended, _ = self._task(tokens, best - 1)
             task = head if ended == best else None
         said = tuple(tokens[at:best])
-        return _Part("name", said, task, thing, several, rule, action, state)
+        number = next(filter(None, map(_count, said[1:])), 0) if called else 0
+        return _Part("name", said, task, thing, several, rule, action, state, number, called)
 
-    def _task(self, tokens: Sequence[str], at: int) -> tuple[Task | None, int]:
-        """The task with the longest name that begins here, and where it ends."""
-        best, end, size = None, 0, 0
+    def _task(self, tokens: Sequence[str], at: int) -> tuple[Task | None, int, tuple[str, ...]]:
+        """The task with the longest name that begins here, where that ends, and the name."""
+        best: tuple[Task | None, int, tuple[str, ...]] = (None, 0, ())
+        rank = (0, False, False)
         for name, task in self.names:
             if not name or not self.same(tokens[at], name[0]):
                 continue
             ended = self._matches(tokens, at, name)
-            if ended and (len(name), task.known) > (size, best.known if best else False):
-                best, end, size = task, ended, len(name)
-        return best, end
+            found = (len(name), task.known, task.iri is not None)
+            if ended and found > rank:
+                best, rank = (task, ended, name), found
+        return best
+
+    def rejoined(self, tokens: list[str]) -> list[str]:
+        """Return the words with the particle of a verb next to it: "turn the lamp off"."""
+        pairs = {n for n, _ in self.names if len(n) == 2 and n[1] in _PARTICLES}
+        found = list(tokens)
+        for at, word in enumerate(tokens):
+            for verb, particle in pairs:
+                if not self.same(word, verb) or particle in found[at + 1 : at + 2]:
+                    continue
+                ends = (n for n in range(at + 1, len(found)) if found[n] in _ENDS)
+                end = next(ends, len(found))
+                if particle in found[at + 1 : end] and found.index(particle, at + 1) == end - 1:
+                    del found[end - 1]
+                    found.insert(at + 1, particle)
+        return found
 
     def _matches(self, tokens: Sequence[str], at: int, name: tuple[str, ...]) -> int:
         """Where a name that begins at a word ends, with determiners passed over; 0 if it is not
         there."""
         for n, wanted in enumerate(name):
-            while n and at < len(tokens) and tokens[at] in english.DETERMINERS:
+            while (
+                n and at < len(tokens) and (tokens[at] in english.DETERMINERS or _count(tokens[at]))
+            ):
                 at += 1
             if at >= len(tokens) or not self.same(tokens[at], wanted):
                 return 0
@@ -460,8 +498,14 @@ class _Vocabulary:
 
     def noun(self, phrase: str) -> bool:
         """Whether a phrase, or its last word, is a noun of the domain's word fields."""
-        tries = (phrase.replace(" ", "_"), phrase.rpartition(" ")[2])
-        return any(s.field in self.domain.noun_fields for name in tries for s in self.senses(name))
+        for name in (phrase.replace(" ", "_"), phrase.rpartition(" ")[2]):
+            bases = {name, *singulars(name)}
+            nouns = [
+                s for s in self.senses(name) if s.field.startswith("noun.") and s.base in bases
+            ]
+            if nouns:
+                return nouns[0].field in self.domain.noun_fields
+        return False
 
     def among_goals(self, name: str) -> bool:
         """Whether a thing is of a class that the domain's goals are about."""
@@ -475,7 +519,11 @@ class _Vocabulary:
         for name in names:
             base = normal(name)
             called = {base, *singulars(base)}
-            called |= {normal(a) for e in self.kg.find(base) for a in (self.kg.name(e), *self.kg.aliases(e))}
+            called |= {
+                normal(a)
+                for e in self.kg.find(base)
+                for a in (self.kg.name(e), *self.kg.aliases(e))
+            }
             near = {r.word for c in called for r in self.lexicon.related(c, fields)
                     if r.relation in ("synonym", "hyponym") and r.sense == 1}  # fmt: skip
             found |= called | near
@@ -507,10 +555,28 @@ class _Vocabulary:
                 yield name
 
 
+def _count(word: str) -> int:
+    """The number that a word is, 0 if it is none."""
+    if word.isascii() and word.isdigit() and len(word) < 6:
+        return int(word)
+    return english.NUMBERS.get(word, 0)
+
+
+def _plain(name: str) -> tuple[str, ...]:
+    """The words of a name, without determiners, each in its singular."""
+    parts = (word for word in words(name) if word not in english.DETERMINERS)
+    return tuple((singulars(word) or (word,))[0] for word in parts)
+
+
+def _part_of(name: tuple[str, ...], dish: tuple[str, ...], domain: Domain) -> bool:
+    """Whether a dish is one of a class by the end of its name, an errand by its beginning."""
+    return (dish[-len(name) :] if domain.products else dish[: len(name)]) == name
+
+
 def _orders(parts: tuple[str, ...]) -> Iterable[tuple[str, ...]]:
     """A name, and with its particle behind its object: "turn on music", "turn music on"."""
     yield parts
-    if len(parts) > 2 and parts[1] in ("on", "off", "up", "out", "away", "down"):
+    if len(parts) > 2 and parts[1] in _PARTICLES:
         yield (parts[0], *parts[2:], parts[1])
 
 
@@ -582,8 +648,10 @@ class _Reader:
             case "without" | "allergy":
                 return self._negation(part, parts, at)
             case "with":
-                self._flush()
-                self.mode = "with"
+                # "don't add sugar": the verb belongs to the negation
+                if not (self.mode == "without" and parts[at - 1].role in ("without", "word")):
+                    self._flush()
+                    self.mode = "with"
             case "to" | "from" | "for":
                 self._preposition(part, after)
             case "of":
@@ -619,7 +687,12 @@ class _Reader:
         if first is None or first.role != "name":
             return bool(verbs)
         verbal = first.task is not None and not first.thing and self._verbal(first)
-        return bool(verbs) or verbal or (first.task is not None and self.mode != "without")
+        if bool(verbs) or verbal or (first.task is not None and self.mode != "without"):
+            return True
+        # "... and a ham sandwich": what ends in a dish is one
+        phrase = takewhile(lambda p: p.role in ("name", "word", "number", "measure", "of"), after)
+        last = [part for part in phrase if part.role == "name"][-1:]
+        return any(part.task is not None and not part.thing for part in last)
 
     def _verbal(self, part: _Part) -> bool:
         """Whether a task's name begins with what is to be done."""
@@ -629,11 +702,11 @@ class _Reader:
 
     def _negation(self, part: _Part, parts: Sequence[_Part], at: int) -> int:
         self._flush()
-        following = [p for p in parts[at + 1 :] if p.role != "word" or set(p.words) & english.VERBS
-                     or set(p.words) & english.USES]  # fmt: skip
+        verbs = english.VERBS | english.USES | (self.vocabulary.domain.fillers - english.GRAMMAR)
+        following = [p for p in parts[at + 1 :] if p.role != "word" or set(p.words) & verbs]
         first = following[0] if following else None
         verbal = bool(set(part.words) & english.VERBAL) or part.words == ("do", "not")
-        if verbal and first is not None and self._asks(first):
+        if verbal and (first is None or self._asks(first)):
             return 1 + self._refuse(parts[at + 1 :])
         self.mode, self.strict = "without", part.role == "allergy"
         self.joined = True
@@ -644,7 +717,11 @@ class _Reader:
         if part.role == "word":
             return not set(part.words) & english.USES
         verb = part.action is not None or (part.task is not None and self._verbal(part))
-        return part.role == "name" and verb and not (part.thing and not self.vocabulary.domain.products)
+        return (
+            part.role == "name"
+            and verb
+            and not (part.thing and not self.vocabulary.domain.products)
+        )
 
     def _refuse(self, parts: Sequence[_Part]) -> int:
         """Pass over what is not to be done, to the end of its clause."""
@@ -665,14 +742,14 @@ class _Reader:
         if rule is not None and rule not in self.rules:
             self.rules.append(rule)
         self.excluded += [n for n in (part.thing or name, *part.several) if n not in self.excluded]
-        known = rule or part.thing or part.several or part.task or self.vocabulary.senses(name)
+        known = rule or part.thing or part.several or self.vocabulary.noun(part.text)
         if not known or (strict and rule is None):
             self._miss(f"without {part.text}")
 
     # names -----------------------------------------------------------------------------------
 
     def _named(self, part: _Part, after: Sequence[_Part]) -> None:
-        if part.rule is not None and part.rule.diet:
+        if part.rule is not None and (part.rule.diet or self.mode == "for"):
             self.rules += [part.rule] if part.rule not in self.rules else []
             return
         if self.mode == "without":
@@ -702,7 +779,9 @@ class _Reader:
         elif part.thing or part.several or part.rule or part.task:
             self._exclude(part, self.strict)
             self.joined = False
-        elif not part.action and not part.state:
+        elif part.action or part.state:
+            self._miss(f"without {part.text}")
+        else:
             self._unknown(part)
 
     def _is_task(self, part: _Part, after: Sequence[_Part]) -> bool:
@@ -731,12 +810,12 @@ class _Reader:
             self.drafts.pop()  # "tea cake": the tea is no task of its own
             before = [_Part("name", tuple(last.words), thing=last.own)]
         self.pending, self.run = [], []
-        draft = _Draft(part.task, amount=self.number or 1)
+        draft = _Draft(part.task, amount=self.number or part.number or 1)
         self.number, self.mode, self.joined, self.asked = 0, "main", False, True
         self.drafts.append(draft)
         for modifier in before:
             self._modify(draft, modifier)
-        draft.words += part.words
+        draft.words += part.called or part.words
         if part.thing and cooks:
             draft.own = part.thing
             draft.things.append(part.thing)
@@ -785,7 +864,11 @@ class _Reader:
     def _unknown(self, part: _Part) -> None:
         """Take up an unknown word; with the noun before it it is one name: "tomato sauce"."""
         last = self.run[-1] if self.run else None
-        if last is not None and last.words and (last.role == "unread" or self._compound(last, part)):
+        if (
+            last is not None
+            and last.words
+            and (last.role == "unread" or self._compound(last, part))
+        ):
             self.run[-1] = _Part("unread", (*last.words, *part.words))
         else:
             self.run.append(_Part("unread", part.words))
@@ -810,7 +893,7 @@ class _Reader:
     def _placed(self, part: _Part) -> None:
         """A name behind a preposition: where something goes, comes from, or what it is for."""
         draft = self.current
-        if part.task is not None and not part.thing:
+        if part.task is not None and (not part.thing or not self.drafts) and self._cooks():
             self.mode, self.joined = "main", True
             self._begin(part)
             return
@@ -829,6 +912,9 @@ class _Reader:
             draft.place = name
             draft.words += ("to", *part.words)
         self.number = 0
+
+    def _cooks(self) -> bool:
+        return bool(self.vocabulary.domain.products)
 
     def _kept_in(self, place: str) -> bool:
         """Whether every thing named so far is where it is to be taken from."""
@@ -877,7 +963,8 @@ class _Reader:
         word = part.words[0]
         ordinary = word in english.GRAMMAR or word in english.VERBS
         belongs = word in self.vocabulary.domain.fillers or self.mode == "for"
-        if not ordinary and not belongs:
+        belongs = belongs or (word in english.PEOPLE and self.mode != "to")
+        if (not ordinary and not belongs) or (self.mode == "with" and word in english.VERBS):
             self._miss(part.text)
         if word in english.VERBS or word in self.vocabulary.domain.fillers:
             self.asked = self.asked or word not in english.GRAMMAR
@@ -933,7 +1020,9 @@ class _Reader:
     def _nameless(self, phrase: str) -> bool:
         """Whether a short phrase may name a thing that no dictionary has."""
         parts = phrase.split()
-        return self.mode == "with" and len(parts) <= 2 and not any(map(self.vocabulary.senses, parts))
+        return (
+            self.mode == "with" and len(parts) <= 2 and not any(map(self.vocabulary.senses, parts))
+        )
 
     def _miss(self, phrase: str) -> None:
         if phrase and phrase not in self.unread:
@@ -975,27 +1064,31 @@ class _Reader:
         place = draft.place
         if place and vocabulary.among_goals(place):
             things = tuple(dict.fromkeys((*things, place)))
-        states = tuple(self._states(draft))
-        common = {
-            "excluded": excluded,
-            "barred": vocabulary.barred(excluded),
-            "rules": tuple(self.rules),
-            "amount": draft.amount,
-            "place": place,
-            "inside": tuple(draft.inside),
-            "states": states,
-        }
         name = " ".join(dict.fromkeys(draft.words)) or sentence_list(things)
-        if task is not None and task.known:
-            required = dict.fromkeys((*task.required, *things))
-            return replace(task, required=tuple(required), **common)
-        needs = task.required if task is not None else ()
-        required = tuple(dict.fromkeys((*needs, *things)))
+        read = Task(
+            name,
+            things,
+            excluded=excluded,
+            barred=vocabulary.barred(excluded),
+            rules=tuple(self.rules),
+            amount=draft.amount,
+            place=place,
+            inside=tuple(draft.inside),
+            states=tuple(self._states(draft)),
+        )
         if task is not None and task.iri is not None:
-            return replace(task, name=name, required=required, **common)
-        thin = not states and not draft.inside
-        like = vocabulary.like(name) if thin else ()
-        return Task(name, required, thin=thin, like=like, **common)
+            required = tuple(dict.fromkeys((*task.required, *things)))
+            return replace(
+                read,
+                name=task.name if task.known else name,
+                required=required,
+                goals=task.goals,
+                known=task.known,
+                iri=task.iri,
+                judged_by=task.judged_by,
+            )
+        thin = not read.states and not read.inside
+        return replace(read, thin=thin, like=vocabulary.like(name) if thin else ())
 
     def _states(self, draft: _Draft) -> Iterable[tuple[str, URIRef]]:
         """The states that the words ask for: of a thing ("sliced onion"), or by a verb."""
@@ -1010,8 +1103,8 @@ class _Reader:
         for subject, predicate, value in effect.inserts if effect else ():
             if isinstance(subject, Variable) and isinstance(predicate, URIRef) and value == TRUE:
                 first = draft.action.parameters[0].name if draft.action else ""
-                prop = kg.domain.properties.get(predicate)
-                classes = [prop.domain] if prop else []
+                known = kg.domain.properties.get(predicate)
+                classes = [known.domain] if known else []
                 for name in draft.things if str(subject) == first else ():
                     if any(kg.is_a(e, classes) for e in kg.find(name)):
                         yield name, predicate

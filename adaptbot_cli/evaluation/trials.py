@@ -28,9 +28,9 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parsing import parse
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.request import understand
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.summary import findings
-from adaptbot_cli.core.request import understand
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 from adaptbot_cli.core.tutor import Policy, Turns, pursue

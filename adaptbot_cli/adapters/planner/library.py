@@ -13,9 +13,9 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import misspelt, singulars, words
+from adaptbot_cli.core.names import misspelt, normal, singulars, words
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.request import usable
+from adaptbot_cli.core.request import excludes, usable
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
@@ -51,10 +51,10 @@ class LibraryPlan:
         What was `asked` gives the template the `place` to bring things to and what is to be
         `inside` which vessel.
         """
-        told: dict[str, Any] = {"place": asked.place, "inside": dict(asked.inside)} if asked else {}
+        asks: dict[str, Any] = {"place": asked.place, "inside": dict(asked.inside)} if asked else {}
         try:
             template = _JINJA.from_string(self.body)
-            values = {"place": "", "inside": {}, **told}
+            values = {"place": "", "inside": {}, **asks}
             return template.render(task=task, items=list(items), roles=self.roles, **values)
         except (jinja2.TemplateError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
@@ -200,7 +200,11 @@ class Library:
         return Proposal(self._allowed(plan.render(turn.task.name, items, turn.task), turn), calls=0)
 
     def _usable(self, name: str, turn: Propose) -> bool:
-        return self.kg is None or usable(name, turn.task, self.kg)
+        """Whether a name may stand in a plan: one that is required and unsure is asked about."""
+        if self.kg is None:
+            return True
+        asked = any(set(self.kg.find(name)) & set(self.kg.find(n)) for n in turn.task.required)
+        return not excludes(name, turn.task, self.kg) if asked else usable(name, turn.task, self.kg)
 
     def _allowed(self, text: str, turn: Propose) -> str:
         """A plan without the lines that name something excluded."""
@@ -226,6 +230,8 @@ class Library:
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what was asked for."""
         told = turn.task.required
-        usual = plan.base if told and plan.base is not None else plan.ingredients
+        judged = self.domain.task_classes.get(normal(turn.task.judged_by))
+        own = set(told) - {*(judged.required if judged else ())}
+        usual = plan.base if own and plan.base is not None else plan.ingredients
         found = dict.fromkeys(told if turn.task.known else (*usual, *told))
         return [item for item in found if item in told or self._usable(item, turn)]

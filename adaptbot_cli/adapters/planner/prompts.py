@@ -66,7 +66,9 @@ class Prompts:
         """Return what is said after a plan that has findings."""
         findings = [_told(finding) for finding in turn.findings]
         return self._render(
-            "replan.j2", findings=list(dict.fromkeys(findings)), required=turn.task.required,
+            "replan.j2",
+            findings=list(dict.fromkeys(findings)),
+            required=turn.task.required,
             excluded=_limits(turn.task)["excluded"],
         )
 

@@ -71,9 +71,7 @@ def _left_over(path: Path, header: Document, turns: list[Document], since: set[K
     without = tuple(header.get("without") or ())
     unknown = since | {*_unknown(turns)}
     sure = any(key[0] == "reading" and a.value == YES for key, a in memory.answers.items())
-    return LeftOver(
-        path, task, domain, requires, memory.plan, unknown, without, memory.plans, sure
-    )
+    return LeftOver(path, task, domain, requires, memory.plan, unknown, without, memory.plans, sure)
 
 
 def _unknown(turns: list[Document]) -> Iterator[Key]:
