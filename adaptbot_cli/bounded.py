@@ -24,7 +24,7 @@ SETTINGS, YAML, JSON, GRAPH, PLAN = 64 * KB, 4 * MB, 32 * MB, 100 * MB, 1 * MB
 DEPTH = 100
 """How deep brackets, lists, mappings and elements may be nested."""
 
-_YAML_PARTS = 200_000
+_YAML_PARTS = 100_000
 """How many nodes a YAML document may have, each alias counted as all that it stands for."""
 
 _LONGEST_NUMBER = 100
@@ -66,10 +66,15 @@ def read_text(
     path: Path, most: int, error: Refusal = KnowledgeError, *, piped: bool = False
 ) -> str:
     """Return a file's text. Raises `error`, also where it is no UTF-8."""
+    return decode(read_bytes(path, most, error, piped=piped), path, error)
+
+
+def decode(data: bytes, name: object, error: Refusal = KnowledgeError) -> str:
+    """Return UTF-8 as text, without a byte order mark. Raises `error`."""
     try:
-        return read_bytes(path, most, error, piped=piped).decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:
-        raise error(f"{path} is no UTF-8 text ({problem}); save it as UTF-8") from problem
+        raise error(f"{name} is no UTF-8 text ({problem}); save it as UTF-8") from problem
 
 
 def parse_yaml(text: str, name: object, error: Refusal = UsageError) -> list[Any]:
@@ -84,16 +89,10 @@ def parse_yaml(text: str, name: object, error: Refusal = UsageError) -> list[Any
         return [document for document in found if document is not None]
     except RecursionError as problem:
         raise error(f"{name} is no valid YAML: it is nested too deep") from problem
-    # The constructors of YAML's own tags raise whatever a text that does not fit makes them raise.
-    except (
-        yaml.YAMLError,
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        TypeError,
-        ValueError,
-    ) as problem:
-        raise error(f"{name} is no valid YAML: {problem}") from problem
+    except (yaml.YAMLError, ValueError) as problem:
+        raise error(f"{name} is no valid YAML: {' '.join(str(problem).split())}") from problem
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as problem:
+        raise error(f"{name} is no valid YAML: a value does not fit its tag") from problem
 
 
 @lru_cache(maxsize=1)
@@ -122,9 +121,12 @@ def _yaml_parts(node: Any) -> Iterable[Any]:
     return node.value  # type: ignore[no-any-return]
 
 
-def parse_toml(text: str, name: object, error: Refusal = KnowledgeError) -> dict[str, Any]:
-    """Return the table of a TOML text. Raises `error`."""
+def parse_toml(data: bytes, name: object, error: Refusal = KnowledgeError) -> dict[str, Any]:
+    """Return the table of a TOML file. Raises `error`."""
     try:
+        text = data.decode("utf-8-sig")
+        if any(line.count(".") > DEPTH for line in text.splitlines()):
+            raise RecursionError  # a key of so many parts would be read in quadratic time
         return tomllib.loads(text)
     except RecursionError as problem:
         raise error(f"{name} is no valid TOML: it is nested too deep") from problem

@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Call
 from adaptbot_cli.core.questions import NO, YES, Answer, Question
 from adaptbot_cli.core.report import Result

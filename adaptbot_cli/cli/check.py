@@ -67,6 +67,7 @@ def check(
 
 def read_plan(name: str) -> str:
     """Read a plan's text from a file or stdin; bytes that are no UTF-8 are shown as such."""
+    from adaptbot_cli import bounded
     from adaptbot_cli.errors import UsageError
 
     if not name:
@@ -74,8 +75,9 @@ def read_plan(name: str) -> str:
     if name == "-":
         if sys.stdin is None:
             raise UsageError("cannot read the plan from stdin: it is closed")
-        return sys.stdin.buffer.read().decode("utf-8", errors="replace")
-    try:
-        return Path(name).read_bytes().decode("utf-8", errors="replace")
-    except OSError as error:
-        raise UsageError(f"cannot read the plan {name}: {error.strerror}") from error
+        data = sys.stdin.buffer.read(bounded.PLAN + 1)
+    else:
+        data = bounded.read_bytes(Path(name), bounded.PLAN, UsageError, piped=True)
+    if len(data) > bounded.PLAN:
+        raise UsageError("the plan has more than a million characters: so long a text is not read")
+    return data.decode("utf-8", errors="replace")

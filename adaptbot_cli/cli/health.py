@@ -108,6 +108,12 @@ def _workspace(option: Path | None) -> Iterator[Check]:
         yield Check("workspace", "hint", f"{home.root} is read-only", "nothing can be learned here")
     else:
         yield Check("workspace", "ok", str(home.root))
+    for path in home.passed_over:
+        told = f"{path} belongs to another account and is not used"
+        yield Check("workspace", "hint", told, f"--workspace {path.parent} uses it")
+    if home.ignored:
+        told = f"{', '.join(home.ignored)} of its adaptbot.toml ignored"
+        yield Check("settings", "hint", told, "look at them, then: adaptbot trust")
     if (home.root / ".git").exists():
         from adaptbot_cli.adapters.store.history import head
 

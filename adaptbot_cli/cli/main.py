@@ -1,6 +1,7 @@
 """The command `adaptbot`: its subcommands, and how errors reach the person."""
 
 import io
+import logging
 import os
 import sys
 from typing import Annotated, Any
@@ -9,7 +10,18 @@ import typer
 from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import check, doctor, domain, kg, pending, progress, replay, resume, run
+from adaptbot_cli.cli import (
+    check,
+    doctor,
+    domain,
+    kg,
+    pending,
+    progress,
+    replay,
+    resume,
+    run,
+    trust,
+)
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.errors import AdaptbotError, Interrupted
 
@@ -41,6 +53,7 @@ app.command("replay")(replay.replay)
 app.command("doctor")(doctor.doctor)
 app.command("progress")(progress.progress)
 app.command("resume")(resume.resume)
+app.command("trust")(trust.trust)
 app.add_typer(pending.app, name="pending")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")
@@ -69,6 +82,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console that has no ✓ shows a ?
+    logging.getLogger("rdflib.term").disabled = True  # it warns with a traceback of odd values
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     debug = len(arguments) < len(sys.argv) - 1
     try:

@@ -89,6 +89,7 @@ def run(
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Let --record write over a file.")] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -98,6 +99,8 @@ def run(
     asked = " ".join(task)
     if not asked.strip():
         raise UsageError('say what to do: adaptbot run "make omelette"')
+    if record is not None and record.is_file() and not force:
+        raise UsageError(f"{record} is there already; --force writes over it")
     home = workspace(workspace_dir)
     settings, named = home.settings, domain_name(domain, home)
     screen = console(stderr=json)

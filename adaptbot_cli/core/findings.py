@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from adaptbot_cli.core.plan import Finding
+
 
 @dataclass(frozen=True, slots=True)
 class Code:
@@ -40,10 +42,21 @@ CODES: dict[str, Code] = {
     "W602": Code("runs, but misses its point", blocks=False, open=False),
     "W603": Code("a step that cannot be done is not needed", blocks=False, open=False),
     "W604": Code("words of the request are not understood", blocks=False),
-    "W605": Code("no goal is known for the task", blocks=False),
+    "W605": Code("a missing step undoes an earlier one", blocks=False, open=False),
+    "W606": Code("no goal is known for the task", blocks=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
-its goal; W: it runs. W604 and W605 are open until a person has said what is meant."""
+its goal; W: it runs. W604 and W606 are open until a person has said what is meant."""
 
-OF_THE_REQUEST = frozenset({"W604", "W605"})
+OF_THE_REQUEST = frozenset({"W604", "W606"})
 """The codes of what only a person can mend: no other plan would."""
+
+
+def blocks(finding: Finding) -> bool:
+    """Tell whether a finding keeps the plan from being executed."""
+    return finding.blocking or CODES[finding.code].blocks
+
+
+def is_open(finding: Finding) -> bool:
+    """Tell whether a finding stays until the plan or the knowledge changes."""
+    return finding.blocking or CODES[finding.code].open

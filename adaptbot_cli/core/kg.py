@@ -1,6 +1,6 @@
 """The knowledge graph of this home: G_k and G_s (paper, III-A), asked by SPARQL."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
@@ -14,7 +14,7 @@ from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, Line
-from adaptbot_cli.core.domain import Domain, Effect, Kind
+from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, variants, without_s
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import (
@@ -24,6 +24,7 @@ from adaptbot_cli.core.terms import (
     STATES,
     Triple,
     local,
+    node_of,
     term_of,
     triple_of,
 )
@@ -33,6 +34,9 @@ _SIZE = f"""
       VALUES ?graph {{ <{ATTRIBUTES}> <{STATES}> }}
       GRAPH ?graph {{ ?s ?p ?o . FILTER(!STRSTARTS(STR(?p), "{AB}")) }}
     }}"""
+
+MOST_VALUES = 5
+"""How many values of a default are looked at."""
 
 Bindings = Mapping[str, Node]
 Asked = tuple[int, str, tuple[tuple[str, Identifier], ...]]
@@ -48,6 +52,7 @@ class _Known:
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
+    tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
     size: tuple[int, int] | None = None
 
@@ -73,6 +78,8 @@ class Kg:
     _depth: int = 0
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
+    _values: dict[tuple[str, Asked], tuple[Node, ...]] = field(default_factory=dict)
+    _index: ActionIndex | None = None
 
     def __post_init__(self) -> None:
         self._line = Line(self._write)
@@ -146,20 +153,55 @@ class Kg:
         """Answer a query; what was asked in this very state before is not asked again."""
         key = self._asked(query, bindings)
         if key not in self._answers:
-            words = " ".join(query.split())
-            told = f"a query of the domain ({words[:200]})"
-            self._answers[key] = within(lambda: self._evaluated(query, dict(key[2])), told)
+            self._answers[key] = within(lambda: self._evaluated(key), _told(query))
         return self._answers[key]
 
-    def _evaluated(self, query: str, bindings: dict[str, Identifier]) -> Any:
-        result = self.facts.query(query, initBindings=bindings)
-        if result.type == "ASK":
-            return bool(result.askAnswer)
-        return [{str(k): v for k, v in row.items()} for row in result.bindings]
+    def _evaluated(self, asked: Asked) -> Any:
+        result = self._evaluate(asked)
+        return bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
+
+    def _evaluate(self, asked: Asked) -> Any:
+        """Ask the engine; the solutions of a SELECT are those of the state at this moment."""
+        self._line.settle()
+        given = {pyoxigraph.Variable(name): term_of(value) for name, value in asked[2]}
+        return self.engine.query(asked[1], use_default_graph_as_union=True, substitutions=given)
 
     def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
         """Return the value of `name` in the first solution of a SELECT, if there is one."""
-        return next((row[name] for row in self.rows(query, bindings) if name in row), None)
+        return next(iter(self.values(query, name, bindings)), None)
+
+    def values(self, query: str, name: str, bindings: Bindings) -> tuple[Node, ...]:
+        """Return the first values of `name` in the solutions of a SELECT, each once.
+
+        No more rows are fetched than that takes.
+        """
+        key = self._asked(query, bindings)
+        if (name, key) not in self._values:
+            self._values[name, key] = within(lambda: self._first_values(key, name), _told(query))
+        return self._values[name, key]
+
+    def _first_values(self, asked: Asked, name: str) -> tuple[Node, ...]:
+        found: dict[Node, None] = {}
+        for row in _rows(self._evaluate(asked)):
+            found |= {row[name]: None} if name in row else {}
+            if len(found) == MOST_VALUES:
+                break
+        return tuple(found)
+
+    @property
+    def index(self) -> ActionIndex:
+        """The domain's actions by what their effects change."""
+        if self._index is None:
+            self._index = ActionIndex(self.domain.actions.values())
+        return self._index
+
+    def with_fact(self, fact: Triple, instead_of: Iterable[Triple]) -> Delta:
+        """Return the change that puts a fact back, for the one that has replaced it if it can
+        have one value only."""
+        known = self.domain.properties.get(URIRef(str(fact[1])))
+        single = known is not None and known.functional
+        others = (other for other in instead_of if single and other[:2] == fact[:2])
+        return Delta(frozenset(others), frozenset({fact}))
 
     def _asked(self, query: str, bindings: Bindings) -> Asked:
         names = variables(query)
@@ -169,6 +211,12 @@ class Kg:
     def value(self, subject: Node, predicate: Node) -> Node | None:
         """Return the one value of a functional property, the smallest if there are several."""
         return min(self.facts.objects(subject, predicate), key=str, default=None)
+
+    def objects(self, subject: Node, predicate: Node) -> list[Node]:
+        """Return the values of a predicate of a thing now, sorted."""
+        self._line.settle()
+        found = self.engine.quads_for_pattern(term_of(subject), term_of(predicate), None, None)
+        return sorted({node_of(quad.object) for quad in found}, key=str)
 
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
@@ -196,6 +244,19 @@ class Kg:
         for quad in self.engine.quads_for_pattern(None, term_of(predicate), value, None):
             if isinstance(quad.subject, pyoxigraph.NamedNode):
                 yield URIRef(quad.subject.value)
+        yield from self._in_languages(predicate).get(text, ())
+
+    def _in_languages(self, predicate: URIRef) -> Mapping[str, Sequence[URIRef]]:
+        """The entities by those names that have a language, such as "leek"@en."""
+        if predicate not in self._known.tagged:
+            found: dict[str, list[URIRef]] = {}
+            query = f"SELECT ?s ?n WHERE {{ ?s <{predicate}> ?n FILTER(LANG(?n) != '') }}"
+            rows: Any = self.engine.query(query, use_default_graph_as_union=True)
+            for subject, name in rows:
+                if isinstance(subject, pyoxigraph.NamedNode):
+                    found.setdefault(name.value, []).append(URIRef(subject.value))
+            self._known.tagged[predicate] = found
+        return self._known.tagged[predicate]
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
@@ -334,6 +395,7 @@ class Kg:
         """Forget the answers to queries."""
         self._answers.clear()
         self._changes.clear()
+        self._values.clear()
 
     def _write(self, delta: Delta) -> None:
         for triple in delta.removed:
@@ -366,6 +428,18 @@ def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Trip
         store.add(pyoxigraph.Quad(*moved))
         store.remove(quad)
     return [triple_of(quad.triple) for quad in strays]
+
+
+def _told(query: str) -> str:
+    return f"a query of the domain ({' '.join(query.split())[:200]})"
+
+
+def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
+    """The engine's solutions, one by one."""
+    names = [variable.value for variable in solutions.variables]
+    for solution in solutions:
+        values = ((name, solution[name]) for name in names)
+        yield {name: node_of(value) for name, value in values if value is not None}
 
 
 def _iri(kind: Kind) -> str:

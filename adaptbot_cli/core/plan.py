@@ -77,7 +77,8 @@ class Finding:
     about one, and `steps` those of all that it is about, where they are several; `subject` the name
     that it is about; `candidates` the nearest names that would do; `prop` the attribute that it is
     about, in short. `remedy` is a step that would mend it and where, in words. Neither that nor
-    `steps` makes another finding.
+    `steps` makes another finding. One that is `blocking` keeps the plan from being executed though
+    others of its code do not.
     """
 
     code: str
@@ -90,6 +91,7 @@ class Finding:
     remedy: str = field(default="", compare=False)
     prop: str = ""
     steps: tuple[int, ...] = field(default=(), compare=False)
+    blocking: bool = False
 
     @property
     def places(self) -> tuple[int, ...]:

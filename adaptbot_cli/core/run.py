@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from adaptbot_cli.core import teach
-from adaptbot_cli.core.additions import with_remedies
 from adaptbot_cli.core.examine import examine, words_to_look_up
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.mend import with_remedies
 from adaptbot_cli.core.plan import Parsed, Task
 from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Report, Usage

@@ -66,6 +66,20 @@ def _clauses(part: Any) -> Iterator[str]:
             yield from _clauses(below)
 
 
+_MAKES_TEXT = re.compile(
+    r"(?<![\w?$:-])(CONCAT|REPLACE|GROUP_CONCAT|ENCODE_FOR_URI)(?:\s|#[^\n]*\n)*\(", re.IGNORECASE
+)
+
+
+def makes_text(query: str) -> str:
+    """Return the function by which a query makes longer texts, "" if none does.
+
+    A few dozen of them, each in the next, fill the memory before any clock ends them.
+    """
+    found = _MAKES_TEXT.search(_CODEPOINT.sub(_character, query))
+    return found[1].upper() if found else ""
+
+
 def one_newline(text: str) -> str:
     """Return a query in which every line ends with the newline alone."""
     return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -83,6 +97,7 @@ def prefixed(graph: Graph, text: str) -> str:
     return "".join(f"PREFIX {prefix}: <{spaces[prefix]}> " for prefix in sorted(spaces))
 
 
+@lru_cache(maxsize=4096)
 def mentions(query: str) -> frozenset[URIRef]:
     """Return every IRI that a query with PREFIX lines names by a prefix."""
     spaces = prefixes_of(query)
@@ -92,6 +107,14 @@ def mentions(query: str) -> frozenset[URIRef]:
         if match[2] in spaces
     }
     return frozenset(found)
+
+
+@lru_cache(maxsize=1024)
+def ruled_out(query: str) -> frozenset[URIRef]:
+    """Return the IRIs that a query only compares with: what something is not to be."""
+    spaces = prefixes_of(query)
+    found = re.findall(r"!=\s*(\w+):(\w+)", query)
+    return frozenset(URIRef(spaces[prefix] + name) for prefix, name in found if prefix in spaces)
 
 
 _UPDATES = frozenset(

@@ -25,7 +25,7 @@ from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.request import understand
@@ -197,8 +197,8 @@ def _prompts(world: World, kg: Kg) -> Prompts:
 def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
     replans = 0 if rules.model == LIBRARY else rules.replans
     if arm == "llm":
-        return unaided(task, kg, parse, replans)
-    return pursue(task, kg, parse, rules.policy, replans)
+        return unaided(task, kg, parser(kg), replans)
+    return pursue(task, kg, parser(kg), rules.policy, replans)
 
 
 def _reported(arm: str, result: Result) -> tuple[Finding, ...]:

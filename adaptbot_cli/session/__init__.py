@@ -5,7 +5,7 @@ from adaptbot_cli.session.driving import Ports, drive, perform
 from adaptbot_cli.session.inspecting import check_pack
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.session.playing import check, check_request, replay
-from adaptbot_cli.session.resuming import cut_off, header_of
+from adaptbot_cli.session.resuming import content_of, cut_off, guarded, header_of, is_own
 from adaptbot_cli.session.starting import start
 
 __all__ = [
@@ -16,9 +16,12 @@ __all__ = [
     "check",
     "check_pack",
     "check_request",
+    "content_of",
     "cut_off",
     "drive",
+    "guarded",
     "header_of",
+    "is_own",
     "load",
     "perform",
     "replay",

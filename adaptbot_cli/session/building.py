@@ -1,19 +1,20 @@
 """The only wiring: a command line, read, made into a run."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli import trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue_each
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load, reader
-from adaptbot_cli.session.resuming import remembering, spent
+from adaptbot_cli.session.resuming import content_of, remembering, spent
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -87,12 +88,18 @@ class Session:
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
         from adaptbot_cli.adapters.planner.choice import LIBRARY
-        from adaptbot_cli.core.parsing import parse
+        from adaptbot_cli.core.parse import parser
         from adaptbot_cli.errors import ModelError
 
         request = self.request
         turns = pursue_each(
-            request.task, self.read, self.kg, parse, request.policy, self.replans, request.full
+            request.task,
+            self.read,
+            self.kg,
+            parser(self.kg),
+            request.policy,
+            self.replans,
+            request.full,
         )
         try:
             result = drive(turns, self.ports)
@@ -275,10 +282,18 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
         file = path.open("w", encoding="utf-8", newline="\n")
     except OSError as error:
         raise KnowledgeError(f"cannot write the transcript {path}: {error.strerror}") from error
-    with file:
-        recorder = Recorder(file, kg)
-        recorder.header({"version": __version__, **header})
+    recorder = Recorder(file, kg)
+    try:
+        try:
+            recorder.header({"version": __version__, **header})
+        except KnowledgeError:  # a transcript without its header is none
+            path.unlink(missing_ok=True)
+            raise
+        trust.trust_own(path, content_of(header))
         yield recorder
+    finally:
+        with suppress(OSError):  # each turn was flushed; what failed then was raised then
+            file.close()
 
 
 def _header(session: Session) -> dict[str, Any]:

@@ -57,6 +57,18 @@ def commit(home: Home, proposal: Proposal) -> str | None:
     return store.change(proposal.delta, f"{_one_line(proposal.subject)}\n\n{told}")
 
 
+def judge(home: Home, delta: Delta) -> None:
+    """Judge a change as its commit would. Raises KnowledgeError: the domain does not allow it."""
+    from adaptbot_cli.adapters.store.held import Held
+    from adaptbot_cli.adapters.store.telling import refusal
+
+    held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
+    files = held.after(delta)
+    broken = held.new_faults(delta, files) if files else []
+    if broken:
+        raise KnowledgeError(refusal(held.where, broken, (), ""))
+
+
 def keeper(home: Home) -> "Keeper":
     """Make the workspace ready; return what commits changes that are no run's."""
     from adaptbot_cli.adapters.store.keeper import Keeper, Origin

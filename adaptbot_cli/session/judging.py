@@ -53,7 +53,7 @@ def _plans(kg: "Kg", folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
 
 def _matters(delta: Delta, task: Task, plan: str, before: "Kg", now: "Kg") -> bool:
     """Whether a change can touch a plan: it names a thing of it, or may use one without a name."""
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parse
 
     changed = about(delta)
     if any(_used_unnamed(node, before) or _used_unnamed(node, now) for node in _subjects(delta)):

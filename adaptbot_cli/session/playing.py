@@ -25,11 +25,11 @@ def check(text: str, task: Task, kg: "Kg", repair: bool = True) -> Result:
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parse, text, repair), ports)
+    return drive(inspect(task, kg, parser(kg), text, repair), ports)
 
 
 def check_request(
@@ -63,7 +63,7 @@ def replay(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import Player, read
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.errors import UsageError
 
     header, turns = read(path)
@@ -78,9 +78,9 @@ def replay(
     full = bool(header.get("full", False))
     if turns and turns[0]["turn"] == "finished":  # the planner had no plan at all
         [task, *_] = read_it(text).tasks
-        result = drive(inspect(task, kg, parse, ""), ports)
+        result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
-        turns_of_it = pursue_each(text, read_it, kg, parse, policy, replans, full)
+        turns_of_it = pursue_each(text, read_it, kg, parser(kg), policy, replans, full)
         result = drive(turns_of_it, ports)
     player.end(result)
     return result

@@ -32,7 +32,7 @@ from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Ask, Planner, Turn
 from adaptbot_cli.core.tutor import pursue

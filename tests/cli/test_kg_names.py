@@ -20,7 +20,7 @@ from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson, absence, alias, existence, is_absent
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question
 from adaptbot_cli.core.static import number

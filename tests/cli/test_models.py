@@ -87,6 +87,7 @@ def test_settings_name_the_model_and_its_limits(home: Home) -> None:
             "robot/adaptbot.toml",
             f'model = "openai/planner"\napi_base = "{at.url}"\nmax_tokens = 900\nseed = 3\n',
         )
+        assert home.adaptbot("trust", "--yes").code == 0
         ended = home.adaptbot("run", "make omelette", "--no-human", "--dry-run", ADAPTBOT_MODEL="")
         assert len(at.asked) == 1 and at.asked[0].body["seed"] == 3
     assert ended.code == 3

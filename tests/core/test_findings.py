@@ -101,7 +101,7 @@ REQUESTS = {
     "E505": ({"excluded": ("plank",), "barred": frozenset({"plank"})}, {}),
     "E506": ({"amount": 2}, {"amount": 1}),
     "W604": ({"unread": ("quickly",)}, {}),
-    "W605": ({"thin": True}, {"thin": False}),
+    "W606": ({"thin": True}, {"thin": False}),
 }
 """What a task asks for besides, with which one plan has the finding, and without."""
 
@@ -118,7 +118,7 @@ def test_what_was_asked_raises_the_code_and_nothing_else_does(code: str) -> None
 
 
 def test_every_code_has_a_fixture() -> None:
-    parsing = Path(__file__).with_name("parsing").glob("*.py")
+    parsing = Path(__file__).with_name("parse").glob("*.py")
     of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
     assert set(CODES) == set(PLANS) | (
         set(REPLANS) | set(NEEDLESS) | REJECTED | set(REQUESTS) | of_texts

@@ -184,7 +184,7 @@ def _verdict(result: Result) -> Text:
     said_so = "executable, but the goal is not met"
     if result.verdict != "executable":
         said_so = "not executable"
-    elif {f.code for f in (*result.report.open, *_after(outcome))} == {"W605"}:
+    elif {f.code for f in (*result.report.open, *_after(outcome))} == {"W606"}:
         return noted(BAD, "executable; no goal is known for this task", "bold")
     return noted(BAD, f"{said_so}: {_lacking(result)}", "bold")
 

@@ -1,16 +1,21 @@
 """The plan library: generic, hand-written plans, adapted to a task's own ingredients."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from types import BuiltinMethodType
 from typing import Any
 
 import jinja2
-import yaml
+from jinja2 import nodes
+from jinja2.exceptions import SecurityError
 from jinja2.sandbox import ImmutableSandboxedEnvironment
+from jinja2.utils import Namespace
+from jinja2.visitor import NodeTransformer
 
+from adaptbot_cli import bounded
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import misspelt, normal, singulars, words
@@ -19,10 +24,118 @@ from adaptbot_cli.core.request import excludes, usable
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
-# A workspace may be another person's: its templates reach nothing but what they are given.
-_JINJA = ImmutableSandboxedEnvironment(
-    undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
+_NODES = frozenset(
+    """Template Output TemplateData Name NSRef Const List For If Assign Filter Test Compare Operand
+    And Or Not Add Getattr Getitem Slice Call Keyword CondExpr""".split()  # noqa: SIM905
 )
+_FILTERS = frozenset(
+    """count d default first last length list lower reject reverse select sort trim unique
+    upper""".split()  # noqa: SIM905
+)
+_METHODS = frozenset(
+    """split strip lower upper startswith endswith removeprefix removesuffix""".split()  # noqa: SIM905
+)
+"""What a template may use: nothing that makes long texts of short ones, or calls itself."""
+
+_MOST_STEPS = 10_000
+"""How often the loops of one template may go round, all together."""
+
+_LONGEST = 1_000
+"""How many entries or characters a list or text may have that a template puts together."""
+
+
+@dataclass(slots=True)
+class _Steps:
+    """Counts the steps of all loops of one rendering."""
+
+    taken: int = 0
+
+    def __call__(self, items: Iterable[Any]) -> Iterator[Any]:
+        """Go through what a loop goes through. Raises SecurityError: there are too many steps."""
+        for item in items:
+            self.taken += 1
+            if self.taken > _MOST_STEPS:
+                raise SecurityError(f"its loops go round more than {_MOST_STEPS:,} times")
+            yield item
+
+
+class _Sandbox(ImmutableSandboxedEnvironment):
+    """Renders a plan of anyone: it reaches nothing but what it is given, and comes to an end."""
+
+    intercepted_binops = frozenset({"+"})
+
+    def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
+        """Add, unless the sum is too long."""
+        if sum(len(part) for part in (left, right) if hasattr(part, "__len__")) > _LONGEST:
+            raise SecurityError("a list or text becomes too long")
+        return super().call_binop(context, operator, left, right)
+
+    def is_safe_callable(self, obj: Any) -> bool:
+        """Whether a template may call it, whatever name it has given to it."""
+        method = isinstance(obj, BuiltinMethodType) and obj.__name__ in _METHODS
+        return method or isinstance(obj, _Steps) or obj in (Namespace, self.flat)
+
+    def flat(self, items: list[Any]) -> list[Any]:
+        """Return a list that is written in a template: of words, not of lists of lists."""
+        if any(isinstance(item, list | tuple | dict) for item in items):
+            raise SecurityError("a list may hold no list")
+        return items
+
+    def read(self, source: str) -> jinja2.Template:
+        """Compile a template. Raises TemplateError: it uses what no plan needs."""
+        tree = self.parse(source)
+        for node in tree.find_all(nodes.Node):
+            used = type(node).__name__ if type(node).__name__ not in _NODES else ""
+            if isinstance(node, nodes.For) and node.recursive:
+                used = "recursive"
+            elif isinstance(node, nodes.Filter) and node.name not in _FILTERS:
+                used = f"the filter {node.name}"
+            elif isinstance(node, nodes.Call):
+                used = _called(node.node)
+            elif isinstance(node, nodes.Name) and node.name.startswith("_"):
+                used = node.name
+            if used:
+                raise jinja2.TemplateSyntaxError(f"a plan may not use {used}", node.lineno)
+        return self.from_string(_Bounds().visit(tree))
+
+
+def _called(node: nodes.Expr) -> str:
+    """What a call calls, "" if a template may call it."""
+    if isinstance(node, nodes.Getattr):
+        return "" if node.attr in _METHODS else f"the method {node.attr}"
+    name = getattr(node, "name", "")
+    return "" if name == "namespace" else f"the function {name}"
+
+
+class _Bounds(NodeTransformer):
+    """Puts a counter around what each loop goes through, and a look into each list."""
+
+    def visit_For(self, node: nodes.For) -> nodes.Node:
+        self.generic_visit(node)
+        node.iter = nodes.Call(nodes.Name("_step", "load"), [node.iter], [], None, None)
+        return node.set_lineno(node.lineno)
+
+    def visit_List(self, node: nodes.List) -> nodes.Node:
+        self.generic_visit(node)
+        flat = nodes.EnvironmentAttribute("flat")
+        return nodes.Call(flat, [node], [], None, None).set_lineno(node.lineno)
+
+
+def _shown(value: Any) -> Any:
+    """Return what a template writes: a word or a number."""
+    if isinstance(value, list | tuple | dict):
+        raise SecurityError("a list stands where a word should")
+    return value
+
+
+_JINJA = _Sandbox(
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    autoescape=False,
+    finalize=_shown,
+)
+_JINJA.globals = {"namespace": Namespace}
 
 _A_SLIP = 0.75
 """How like a task's name what was said must be, to be asked about."""
@@ -53,20 +166,22 @@ class LibraryPlan:
         """
         asks: dict[str, Any] = {"place": asked.place, "inside": dict(asked.inside)} if asked else {}
         try:
-            template = _JINJA.from_string(self.body)
-            values = {"place": "", "inside": {}, **asks}
-            return template.render(task=task, items=list(items), roles=self.roles, **values)
-        except (jinja2.TemplateError, *_SLIPS) as error:
+            template = _JINJA.read(self.body)
+            given = {"task": task, "items": list(items), "roles": self.roles}
+            given |= {"place": "", "inside": {}, **asks}
+            return template.render(given, _step=_Steps())
+        except (jinja2.TemplateError, RecursionError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
             where = f"{self.path}, line {line + self._front_lines}" if line else str(self.path)
-            told = str(error).rstrip(".")
+            told = str(getattr(error, "message", None) or error).rstrip(".")
+            if isinstance(error, RecursionError):
+                told = "it is nested too deep"
             raise PackError(f"{where}: {told}; correct the template there") from error
 
     @property
     def _front_lines(self) -> int:
         """The lines of the file before the template."""
-        text = self.path.read_text(encoding="utf-8")
-        return text.count("\n") - self.body.count("\n")
+        return _text(self.path).count("\n") - self.body.count("\n")
 
 
 def read_library(*folders: Path) -> list[LibraryPlan]:
@@ -104,15 +219,12 @@ def read_plan(path: Path) -> LibraryPlan:
 
 @lru_cache(maxsize=512)
 def _read(path: Path, _changed: int) -> LibraryPlan:
-    try:
-        parts = path.read_text(encoding="utf-8").split("---\n", 2)
-    except UnicodeDecodeError as error:
-        raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
+    parts = _text(path).split("---\n", 2)
     if len(parts) != 3:
         remedy = "write YAML between two lines of ---, then the plan"
         raise PackError(f"{path}: has no front matter; {remedy}")
     try:
-        front: Any = yaml.safe_load(parts[1])
+        [front] = bounded.parse_yaml(parts[1], f"{path}: its front matter", PackError)
         return LibraryPlan(
             path,
             _words(front, "names") or _refuse("names"),
@@ -121,10 +233,18 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
             {str(role): list(_words(front["roles"], role)) for role in front.get("roles") or ()},
             parts[2],
         )
-    except (yaml.YAMLError, KeyError, AttributeError, TypeError) as error:
+    except (KeyError, AttributeError, TypeError, ValueError) as error:
         told = " ".join(str(error).split())
         remedy = "see the plan library in docs/domains.md"
         raise PackError(f"{path}: its front matter lacks or garbles {told}; {remedy}") from error
+
+
+def _text(path: Path) -> str:
+    data = bounded.read_bytes(path, bounded.SETTINGS, PackError)
+    try:
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
 
 
 def _words(front: Any, key: str) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +12,11 @@ import pyoxigraph
 from rdflib import BNode
 from rdflib.term import Node
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store.turtle import serialize
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import in_order, unknown_prefixes
-from adaptbot_cli.core.terms import Triple, kept, node_of, term_of, triple_of
+from adaptbot_cli.core.terms import Triple, kept, local, node_of, term_of, triple_of
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 FORMATS: Mapping[str, Any] = {
@@ -48,13 +50,10 @@ def read_graph(paths: Sequence[Path]) -> Given:
     triples: list[Triple] = []
     prefixes: dict[str, str] = {}
     for path in paths:
+        data = bounded.read_bytes(path, bounded.GRAPH, piped=True)
+        form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
+        bounded.check_graph(data, path, xml=form == pyoxigraph.RdfFormat.RDF_XML)
         try:
-            data = path.read_bytes()
-        except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) else error
-            raise KnowledgeError(f"cannot read {path}: {reason}") from error
-        try:
-            form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
             parser = pyoxigraph.parse(io.BytesIO(data), format=form)
             triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
@@ -70,7 +69,10 @@ def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str
     """Write a graph in a format of `FORMATS`; the same graph gives the same bytes."""
     if form == "turtle":
         return serialize(triples, prefixes).encode("utf-8")
-    dataset = pyoxigraph.Dataset(pyoxigraph.Quad(*map(term, triple)) for triple in set(triples))
+    triples = set(triples)
+    if form == "xml":
+        _refuse_controls(triples)
+    dataset = pyoxigraph.Dataset(pyoxigraph.Quad(*map(term, triple)) for triple in triples)
     dataset.canonicalize(pyoxigraph.CanonicalizationAlgorithm.RDFC_1_0)
     ordered = sorted((quad.triple for quad in dataset), key=str)
     known = {} if form == "nt" else dict(prefixes)
@@ -78,6 +80,18 @@ def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str
     if form == "json-ld":
         return (json.dumps(json.loads(data), ensure_ascii=False, indent=1) + "\n").encode("utf-8")
     return data if data.endswith(b"\n") else data + b"\n"
+
+
+_CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+
+
+def _refuse_controls(triples: Iterable[Triple]) -> None:
+    """Raise KnowledgeError for a character that XML cannot hold, not even escaped."""
+    for subject, predicate, value in sorted(triples):
+        if found := _CONTROLS.search(str(value)):
+            fact = " ".join(map(local, (subject, predicate)))
+            told = f"the value of {fact} has the character U+{ord(found[0]):04X}"
+            raise KnowledgeError(f"{told}, which XML cannot hold; export another format")
 
 
 def term(node: Node) -> Any:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
+from adaptbot_cli import bounded
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -64,6 +65,7 @@ def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
 
 def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
     """Let the engine read a Turtle file into a named graph. Raises KnowledgeError."""
+    bounded.check_graph(data, path)
     with _told(path):
         if b"<<" in data:
             # Only a reading in Python finds triples in triples, which rdflib cannot hold.
@@ -149,10 +151,7 @@ def read_graphs(paths: Sequence[Path]) -> list[Triple] | None:
 
 
 def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
+    return bounded.read_bytes(path, bounded.GRAPH, piped=True)
 
 
 def read_files(folder: Path) -> dict[str, bytes]:
@@ -169,7 +168,7 @@ def read_files(folder: Path) -> dict[str, bytes]:
 
 def parse(data: bytes, path: str) -> Graph:
     """Parse a Turtle file into a graph that remembers its prefixes. Raises KnowledgeError."""
-    parser = _parser(data)
+    parser = _parser(data, path)
     graph = Graph(bind_namespaces="none")
     for triple in _all(parser, path):
         graph.add(triple)
@@ -180,17 +179,19 @@ def parse(data: bytes, path: str) -> Graph:
 
 def triples(data: bytes, path: str) -> list[Triple]:
     """Parse a Turtle file into its triples. Raises KnowledgeError."""
-    return _all(_parser(data), path)
+    return _all(_parser(data, path), path)
 
 
 def readable(data: bytes, path: str) -> None:
     """Make sure that a Turtle file can be read. Raises KnowledgeError."""
+    bounded.check_graph(data, path)
     with _told(path):
         for _ in pyoxigraph.parse(data, format=_TURTLE):
             pass
 
 
-def _parser(data: bytes) -> "pyoxigraph.QuadParser":
+def _parser(data: bytes, path: str) -> "pyoxigraph.QuadParser":
+    bounded.check_graph(data, path)
     return pyoxigraph.parse(io.BytesIO(data), format=_TURTLE)
 
 

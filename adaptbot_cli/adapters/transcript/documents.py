@@ -7,7 +7,7 @@ import yaml
 from adaptbot_cli.core.editing import Edit, edited
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding, Step
 from adaptbot_cli.core.questions import LATER, Answer, Key, Question, Reviewed
 from adaptbot_cli.core.report import Outcome, Report, Result

@@ -49,7 +49,7 @@ def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
         if key in seen:
             continue
         seen.add(key)
-        if run.plan and (not _ended(path) or any(_put_off(turn) for turn in turns)):
+        if run.plan and (not has_ended(path) or any(_put_off(turn) for turn in turns)):
             found.append(run)
     return found
 
@@ -85,7 +85,3 @@ def _put_off(turn: Document) -> bool:
     """Whether a question was put off that knowledge answers, not one about the plan alone."""
     asked = turn["turn"] == "ask" and turn.get("kind") not in ("mend", "reading", "goal")
     return asked and turn.get("answer") in (LATER.value, "stop")
-
-
-def _ended(path: Path) -> bool:
-    return has_ended(path.read_text(encoding="utf-8", errors="replace"))

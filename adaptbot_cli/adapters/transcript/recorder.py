@@ -16,11 +16,15 @@ from adaptbot_cli.adapters.transcript.documents import (
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Amend, Turn
+from adaptbot_cli.errors import KnowledgeError
 
 
 @dataclass(slots=True)
 class Recorder:
-    """Writes a run's transcript, one turn at a time, each on disk before the next begins."""
+    """Writes a run's transcript, one turn at a time, each on disk before the next begins.
+
+    Its methods raise KnowledgeError where that fails.
+    """
 
     file: TextIO
     kg: Kg
@@ -52,6 +56,10 @@ class Recorder:
         self._write({"turn": "finished"})
 
     def _write(self, document: Document) -> None:
-        self.file.write(dump(document))
-        self.file.flush()
-        os.fsync(self.file.fileno())
+        try:
+            self.file.write(dump(document))
+            self.file.flush()
+            os.fsync(self.file.fileno())
+        except OSError as error:
+            told = f"cannot write the transcript {self.file.name}: {error.strerror}"
+            raise KnowledgeError(told) from error

@@ -14,6 +14,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     domain_name,
+    escaped,
     home_of,
     print_json,
     workspace,
@@ -89,7 +90,8 @@ def _show(answer: "Answered", home: "Home", json: bool) -> None:
     if answer.graph is not None:
         form = "json-ld" if json else "turtle"
         data = write_graph(answer.graph, form, prefixes(home))
-        typer.echo(data.decode("utf-8"), nl=False)
+        text = data.decode("utf-8")
+        typer.echo(escaped(text) if json else text, nl=False)
     elif json:
         import json as parser
 
@@ -146,9 +148,13 @@ def import_(
     Of a property with one value only, the file's is taken. --replace: the rest is let go.
     """
     from adaptbot_cli.adapters.tables.state import parcel as table
+    from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.session.querying import imported, plain_parcel
 
     home = home_of(workspace_dir, domain)
     parcel, proposal = imported(home, files, replace)
     console(stderr=json).print(table(parcel))
+    if not parcel.accepted:
+        names = ", ".join(path.name for path in files)
+        raise KnowledgeError(f"nothing of {names} was taken: see why above")
     return carry_out(home, proposal, yes=yes, dry_run=dry_run, json=json, told=plain_parcel(parcel))

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from rdflib import RDFS, Graph, Literal, URIRef
 
+from adaptbot_cli.core.clock import LONGEST
 from adaptbot_cli.core.datatypes import WRITTEN
 from adaptbot_cli.core.domain import (
     Action,
@@ -114,6 +115,7 @@ def _parameter(entry: Entry) -> Parameter:
         words=words,
         units=dict(_units(entry)),
         of_product=_select(entry, AB.ofProduct, name),
+        prepositions=entry.texts(AB.preposition),
     )
 
 
@@ -167,6 +169,9 @@ def _called_as(entry: Entry) -> Iterator[CalledAs]:
 def _effect(entry: Entry) -> Effect | None:
     text = one_newline(entry.text(AB.effect, ""))
     if not text or refused_dollars(entry, text, "ab:effect"):
+        return None
+    if len(text) > LONGEST:
+        entry.note(f"ab:effect has more than {LONGEST:,} characters", "make it shorter")
         return None
     prefixes = prefixed(entry.graph, text)
     form = "write DELETE {…} INSERT {…} WHERE {…}"

@@ -6,7 +6,14 @@ import pyoxigraph
 
 from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.pack.entry import Entry
-from adaptbot_cli.core.sparql import bindable, dollars, one_newline, prefixed, reaches_out
+from adaptbot_cli.core.sparql import (
+    bindable,
+    dollars,
+    makes_text,
+    one_newline,
+    prefixed,
+    reaches_out,
+)
 
 _CORRECT = "correct the query; its prefixes are those of the file"
 
@@ -44,6 +51,9 @@ def valid(entry: Entry, query: str, what: str) -> tuple[str, ...] | None:
         return None
     if len(query) > LONGEST:
         entry.note(f"{what} has more than {LONGEST:,} characters", "make it shorter")
+        return None
+    if made := makes_text(query):
+        entry.note(f"{what} has {made}, which can fill the memory", "compare what is there")
         return None
     try:
         if word := reaches_out(query):

@@ -16,7 +16,7 @@ from adaptbot_cli.adapters.planner.local.prompts import for_model
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
