@@ -272,7 +272,7 @@ def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
         if isinstance(entity, URIRef):
             finding = _attribute(need, entity, bound, kg)
             findings += [finding] if finding else []
-    return [*findings, *_nowhere(bound, kg)]
+    return findings or [*_nowhere(bound, kg)]
 
 
 def _nowhere(bound: Bound, kg: Kg) -> Iterator[Finding]:

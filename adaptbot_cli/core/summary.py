@@ -28,7 +28,7 @@ def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, s
         "planner": planner,
         "request": asked([task]),
         "outcome": result.verdict,
-        "goal": {"met": result.goal_met, "missing": list(_missing(result)), **_judged(task)},
+        "goal": {"met": result.goal_met, "missing": list(_missing(result))},
         "steps": [_step(n, step) for n, step in enumerate(result.report.steps, start=1)],
         "findings": [_finding(finding) for finding in findings(result)],
         "questions": [
@@ -98,11 +98,6 @@ def asked(tasks: Sequence[Task]) -> Json:
         "amount": amounts[0] if amounts else None,
         "unread": list(dict.fromkeys(phrase for task in tasks for phrase in task.unread)),
     }
-
-
-def _judged(task: Task) -> Json:
-    """By the goals of which class of tasks a task that is not listed was judged."""
-    return {"judged_as": task.judged_by} if task.judged_by and not task.known else {}
 
 
 def findings(result: Result) -> tuple[Finding, ...]:
