@@ -12,6 +12,7 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     KgOption,
     RequiresOption,
+    WithoutOption,
     WorkspaceOption,
     console,
     domain_name,
@@ -29,6 +30,7 @@ def check(
     domain: DomainOption = None,
     kg: KgOption = None,
     requires: RequiresOption = None,
+    without: WithoutOption = None,
     task: Annotated[
         str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
     ] = "",
@@ -43,13 +45,13 @@ def check(
 ) -> int:
     """Check a plan against this home: what does not fit, and what would mend it."""
     from adaptbot_cli import session
-    from adaptbot_cli.core.tasks import task_for
 
     home = workspace(workspace_dir)
     text = read_plan(plan)
     started = time.monotonic()
     graph = session.load(home, domain_name(domain, home), kg or ())
-    result = session.check(text, task_for(task, graph, items(requires)), graph, not no_repair)
+    wanted, banned = items(requires), items(without)
+    result = session.check_request(text, task, home, graph, wanted, banned, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 
@@ -59,7 +61,7 @@ def check(
     else:
         from adaptbot_cli.adapters.display import Screen
 
-        Screen(console(), graph, result.report.task).finish(result, None)
+        Screen(console(), graph).finish(result, None)
     return exit_code(result)
 
 

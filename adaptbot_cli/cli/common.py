@@ -26,6 +26,10 @@ RequiresOption = Annotated[
     str | None,
     typer.Option("--requires", metavar="A,B,C", help="Items that the result must use."),
 ]
+WithoutOption = Annotated[
+    str | None,
+    typer.Option("--without", metavar="A,B,C", help="What must not be used, whatever the request."),
+]
 KgOption = Annotated[
     list[Path] | None,
     typer.Option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),

@@ -63,6 +63,7 @@ def resume(
         policy=header.get("policy", "tutor"),
         replans=min(header.get("replans", 3), 20),
         requires=tuple(header.get("requires") or ()),
+        without=tuple(header.get("without") or ()),
         apply=own and header.get("apply") is True,
         timeout=timeout if timeout is not None else limits.get("timeout"),
         max_tokens=max_tokens if max_tokens is not None else limits.get("max_tokens"),

@@ -16,6 +16,7 @@ from adaptbot_cli.cli.common import (
     MaxTokensOption,
     RequiresOption,
     TimeoutOption,
+    WithoutOption,
     WorkspaceOption,
     console,
     domain_name,
@@ -73,6 +74,7 @@ def run(
         Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
     ] = None,
     requires: RequiresOption = None,
+    without: WithoutOption = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing.")] = False,
     apply: Annotated[
         bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
@@ -112,6 +114,7 @@ def run(
         policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
         replans=replans if replans is not None else settings.get("replans", 3),
         requires=items(requires),
+        without=items(without),
         ask=not no_human,
         answers=answers,
         dry_run=dry_run,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from rdflib import URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.plan import Goal, Task
+from adaptbot_cli.core.plan import Constraint, Goal, Task
 from adaptbot_cli.core.terms import Triple
 
 
@@ -177,7 +177,9 @@ class Action:
 class Domain:
     """Everything that the tool knows of a domain before it looks at the facts.
 
-    `aliases` are the names under which recordings of experiments know it.
+    `aliases` are the names under which recordings of experiments know it. `task_classes` are kinds
+    of tasks that are not listed one by one, by name, with the goals that they share; `constraints`
+    the diets and allergens; `servings` is a SELECT of what has been served when a plan has run.
     """
 
     iri: URIRef
@@ -199,6 +201,9 @@ class Domain:
     goals: tuple[Goal, ...]
     advice: tuple[Goal, ...]
     aliases: tuple[str, ...] = ()
+    task_classes: Mapping[str, Task] = field(default_factory=dict)
+    constraints: tuple[Constraint, ...] = ()
+    servings: str = ""
 
     @property
     def teachable(self) -> tuple[Kind, ...]:

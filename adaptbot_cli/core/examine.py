@@ -10,8 +10,8 @@ from adaptbot_cli.core.arguments import in_order
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.names import normal, words
-from adaptbot_cli.core.plan import Call, Finding, Parsed
+from adaptbot_cli.core.names import normal, singulars, words
+from adaptbot_cli.core.plan import Call, Finding, Parsed, Task
 from adaptbot_cli.core.rehearse import MOST_ROWS, Aim, aim, all_hold, complete, holds
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.resolve import action
@@ -57,7 +57,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     parsed = in_order(parsed, scene)
     calls = [written.call for written in parsed.calls]
     scene.notice(calls)
-    walk = Walk(scene.kg, scene.repair, _needed(calls, scene))
+    walk = Walk(scene.kg, scene.repair, _needed(calls, scene), bars=scene.bars)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
         for place, written in enumerate(parsed.calls):
@@ -77,10 +77,12 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
             _reach_goals(walk, scene)
         checked = parsed.calls and not walk.tainted
         unmet, missing = check_goal(scene) if checked else ((), ())
+        walk.findings += _slipped_in(walk, scene)
     absent = _unused(walk.bounds, parsed, scene)
     seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
-    findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
+    asked = _of_the_request(scene)
+    findings = (*asked, *parsed.findings, *_once(walk.findings), *absent, *unmet)
     return Report(
         task=scene.task,
         text=text,
@@ -91,6 +93,40 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
         written=text_calls,
     )
+
+
+def _of_the_request(scene: Scene) -> Iterable[Finding]:
+    """What the request itself leaves open: words not understood, what it asks for and excludes."""
+    task = scene.task
+    for phrase in task.unread:
+        yield Finding("W604", f"{phrase}: these words of the request are not understood", phrase)
+    if task.thin:
+        message = f'no goal is known for "{task.name}": that it can be executed is all I can tell'
+        yield Finding("W606", message, task.name)
+    for name in (*task.required, *(name for name in task.excluded if _in_name(name, task))):
+        why = scene.excludes(name)
+        if why:
+            yield Finding("E505", f"{name} is asked for, and {why}", name)
+
+
+def _in_name(name: str, task: Task) -> bool:
+    """Whether a task is named after something: a lime tea without lime is none."""
+    return set(words(name)) <= {
+        part for word in words(task.name) for part in (word, *singulars(word))
+    }
+
+
+def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
+    """The steps that deal with something excluded without naming it: by default, in a vessel."""
+    if not scene.task.barred and not scene.task.rules:
+        return
+    found = {f.step for f in walk.findings if f.code == "E505"}
+    for n, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
+        used = {*(bound.values.values() if bound else ())}
+        used |= {node for s, _, o in delta.added for node in (s, o)}
+        things = sorted(filter(None, {scene.excluded(node) for node in used}))
+        if things and n not in found:
+            yield Finding("E505", things[0], walk.steps[n - 1].call.action, step=n)
 
 
 def _needed(calls: Sequence[Call], scene: Scene) -> dict[tuple[Node | None, Node], int]:

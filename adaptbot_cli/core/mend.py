@@ -154,7 +154,13 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
         tries = [(unused, False)] if unused and item is None else []
         for rather, supposing in (*tries, (frozenset(), False), (frozenset(), True)):
             for limit in (1, 2, 4, LONGEST_REPAIR):
-                search = Search(scene.kg, rather=rather, supposing=supposing, longest=limit)
+                search = Search(
+                    scene.kg,
+                    rather=rather,
+                    supposing=supposing,
+                    longest=limit,
+                    bars=scene.bars,
+                )
                 found = _first(goal, item, report, scene, search)
                 if found:
                     reason = goal.message.format(item=scene.kg.name(item)) if item else goal.message

@@ -51,17 +51,6 @@ def words(name: str) -> tuple[str, ...]:
     return tuple(part for part in re.split(r"[^\w']+|_", normal(name)) if part)
 
 
-_WITHOUT = frozenset({"without", "no", "not", "minus", "except"})
-
-
-def affirmed(text: str) -> list[str]:
-    """Return the words of a request that are wanted: those before a "without", no "egg-free"."""
-    parts = words(text)
-    kept = parts[: next((n for n, part in enumerate(parts) if part in _WITHOUT), len(parts))]
-    free = {n for n, part in enumerate(kept) if part == "free"}
-    return [part for n, part in enumerate(kept) if n not in free and n + 1 not in free]
-
-
 def singulars(word: str) -> tuple[str, ...]:
     """Return what `word` could be the English plural of, likeliest first."""
     rules = (("ies", "y"), ("ves", "f"), ("ves", "fe"), ("oes", "o"), ("es", ""), ("s", ""))

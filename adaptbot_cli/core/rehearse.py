@@ -137,12 +137,14 @@ class Search:
     another way is taken. With `freely` steps may change more than what they are done to, and
     several may bring an aim about that none does alone.
     If it is `yielding`, they are given up where nothing else helps: those are `undone`.
+    A thing that `bars` holds of is not used.
     `gave_up` tells whether the last search ended at the limit of tries.
     """
 
     kg: Kg
     without: str = ""
     rather: frozenset[Node] = frozenset()
+    bars: Callable[[Node], bool] | None = None
     supposing: bool = False
     freely: bool = False
     kept: frozenset[Triple] = frozenset()
@@ -235,6 +237,8 @@ class Search:
         return [*before, bound] if self.freely or self._changes_only(bound, aims) else None
 
     def _excluded(self, bound: Bound) -> bool:
+        if self.bars is not None and any(map(self.bars, bound.values.values())):
+            return True
         found = attribute_findings(bound, self.kg)
         return any(f.code != "E301" for f in found) if self.supposing else bool(found)
 

@@ -83,7 +83,7 @@ class Usage:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a run came to."""
+    """What a run came to; of a request for several tasks, what each of the `runs` came to."""
 
     report: Report
     outcome: Outcome | None
@@ -92,10 +92,14 @@ class Result:
     lessons: tuple[Lesson, ...] = ()
     revision: str | None = None
     sizes: tuple[tuple[int, int], tuple[int, int]] = field(default=((0, 0), (0, 0)))
+    runs: tuple["Result", ...] = ()
 
     @property
     def verdict(self) -> str:
-        """One of "executable", "findings" and "no_plan"."""
+        """One of "executable", "findings" and "no_plan"; the worst of several tasks."""
+        if self.runs:
+            order = ("no_plan", "findings", "executable")
+            return min((run.verdict for run in self.runs), key=order.index)
         if not self.report.steps:
             return "no_plan"
         done = self.outcome is not None and self.outcome.error is None
@@ -104,6 +108,8 @@ class Result:
     @property
     def goal_met(self) -> bool:
         """Whether the plan was executed to its end and what the task needs then holds."""
+        if self.runs:
+            return all(run.goal_met for run in self.runs)
         outcome = self.outcome
         return (
             self.verdict == "executable"

@@ -197,7 +197,7 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
         return None
     word, entity = best
     sure = _mutual(name, word, entity, scene) and not _rivals(name, entity, classes, scene)
-    if not sure or _ruled_out(entity, scene):
+    if not sure or scene.bars(entity):
         return None
     if scene.uses(entity) and normal(name) not in scene.agreed:
         return None
@@ -248,11 +248,6 @@ def _rivals(name: str, entity: URIRef, classes: Sequence[URIRef], scene: Scene) 
     # Of several knives, which one is a paring knife? A frying pan is no cake pan.
     several = [e for part in words(name)[-1:] for e in scene.kg.with_head(part) if e != entity]
     return any(holding) or len(several) >= _SEVERAL or bool(misspelt(name, others, _ALIKE))
-
-
-def _ruled_out(entity: URIRef, scene: Scene) -> bool:
-    """Whether the task excludes an item."""
-    return any(entity in scene.kg.find(name) for name in getattr(scene.task, "excluded", ()))
 
 
 def _items_called(word: str, classes: Sequence[URIRef], scene: Scene) -> set[URIRef]:
@@ -322,7 +317,8 @@ def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]
         for entity in scene.kg.with_head(part)
         if scene.kg.is_a(entity, classes)
     ]
-    return list(dict.fromkeys([*holding, *whole, *sharing, *nearest(name, alike)]))[:5]
+    near = dict.fromkeys([*holding, *whole, *sharing, *nearest(name, alike)])
+    return [other for other in near if not scene.excludes(other)][:5]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, words
 from adaptbot_cli.core.plan import Call, Task
+from adaptbot_cli.core.request import doubtful, excluded, excludes
 from adaptbot_cli.core.words import Related
 
 
@@ -58,6 +59,18 @@ class Scene:
             return True
         entities = set(self.kg.find(name))
         return any(entities & set(self.kg.find(item)) for item in wanted)
+
+    def excludes(self, name: str) -> str:
+        """Return why the request rules out what bears a name, "" if it does not."""
+        return excludes(name, self.task, self.kg)
+
+    def excluded(self, entity: Node) -> str:
+        """Return why the request rules out a thing, "" if it does not."""
+        return excluded(entity, self.task, self.kg)
+
+    def bars(self, node: Node) -> bool:
+        """Tell whether no step may be added with a thing: it is excluded, or may be."""
+        return bool(self.excluded(node)) or doubtful(node, self.task, self.kg) is not None
 
     def uses(self, entity: URIRef) -> bool:
         """Tell whether the plan names this entity by its own name."""

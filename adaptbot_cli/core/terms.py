@@ -21,12 +21,13 @@ SCHEMA: URIRef = AB.schema
 
 TERMS: frozenset[str] = frozenset(
     """
-    Action Domain Task about absentAction absentItem advice advises agent alias ask asks
-    attribute before calledAs class datatype default effect equals explain falseWord family fetches
-    filler functional goal graph hand hidden holds ifUnknown impliedBy instead insteadMeans
-    kindOrder locationProperty message name nameProperty namespace needs of ofProduct optional
-    order parameter parameters preposition product prompted property purpose quantifier question
-    requires select starts state stateWord trueWord unit value verb verbField when with wordField
+    Action Constraint Domain Task TaskClass about absentAction absentItem advice advises agent
+    alias allergyTo ask asks attribute before calledAs class datatype default diet effect equals
+    explain falseWord family fetches filler functional goal graph hand hidden holds ifUnknown
+    impliedBy instead insteadMeans kindOrder locationProperty message name nameProperty
+    namespace needs of ofProduct optional order parameter parameters places preposition product
+    prompted property purpose quantifier question requires select servings starts state stateWord
+    trueWord unit value verb verbField when with wordField
     """.split()  # noqa: SIM905 - a list would take a page
 )
 """Every ab: term that means something in a pack's files; any other is a slip of the pen."""

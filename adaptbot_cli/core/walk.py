@@ -1,6 +1,6 @@
 """A plan on its way through the graph: each step with what it needs and what it changes."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
@@ -40,7 +40,8 @@ class Walk:
     """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
     `left_there` are things that cannot be picked up and need not be. Without `repair` no step is
     inserted. `needed` tells up to which place the plan's own steps need facts of a thing (None: of
-    any) with a predicate; what they need is brought about again where they stand."""
+    any) with a predicate; what they need is brought about again where they stand. No step is
+    inserted with what `bars` holds of."""
 
     kg: Kg
     repair: bool = True
@@ -52,6 +53,7 @@ class Walk:
     tainted: set[Node] = field(default_factory=set)
     left_there: set[Node] = field(default_factory=set)
     place: int = 0
+    bars: Callable[[Node], bool] | None = None
     _achieved: dict[Triple, int] = field(default_factory=dict)
     _early: dict[Key, str] = field(default_factory=dict)
     gave_up: bool = False
@@ -185,7 +187,7 @@ class Walk:
         for row in self.kg.rows(condition.about, bound.values)[:MOST_ROWS]:
             wanted = aim(self.kg, condition.query, bound.values, {**bound.values, **row})
             mark = self.kg.mark
-            steps = Search(self.kg, without=bound.action.name).achieve(wanted)
+            steps = Search(self.kg, without=bound.action.name, bars=self.bars).achieve(wanted)
             calls = tuple(render(step, self.kg).render() for step in steps or ())
             self.kg.undo_to(mark)
             if calls:
@@ -242,7 +244,7 @@ class Walk:
             return not open_
         aims = [wanted for wanted, _ in needs]
         mark = self.kg.mark
-        search = Search(self.kg, kept=self._kept(), yielding=True)
+        search = Search(self.kg, kept=self._kept(), yielding=True, bars=self.bars)
         inserted = search.achieve(*aims)
         self.gave_up = search.gave_up
         if inserted and search.undone:

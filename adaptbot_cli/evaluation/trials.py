@@ -28,9 +28,9 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.request import understand
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.summary import findings
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 from adaptbot_cli.core.tutor import Policy, Turns, pursue
@@ -139,7 +139,8 @@ class Listening:
 
 def task_of(row: Row, kg: Kg) -> Task:
     """Return what a row asks for: its own items, and the goal that the domain lists for it."""
-    known = task_for(row.task, kg)
+    reading = understand(row.task, kg, words())
+    known = reading.tasks[0] if reading.tasks else Task(row.task)
     return replace(known, name=row.task, required=row.required or known.required)
 
 
@@ -170,7 +171,7 @@ def first_answer(row: Row, world: World, rules: Rules) -> str:
 def live(rules: Rules, world: World, kg: Kg) -> Planner:
     """Return the planner that the rules name: a model, or the plan library."""
     if rules.model in (None, LIBRARY):
-        return Library(world.library, kg.domain)
+        return Library(world.library, kg.domain, kg=kg)
     return _model(rules, world, kg)
 
 

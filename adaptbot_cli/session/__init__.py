@@ -4,7 +4,7 @@ from adaptbot_cli.session.building import Request, Session, build
 from adaptbot_cli.session.driving import Ports, drive, perform
 from adaptbot_cli.session.inspecting import check_pack
 from adaptbot_cli.session.loading import load
-from adaptbot_cli.session.playing import check, replay
+from adaptbot_cli.session.playing import check, check_request, replay
 from adaptbot_cli.session.resuming import content_of, cut_off, guarded, header_of, is_own
 from adaptbot_cli.session.starting import start
 
@@ -15,6 +15,7 @@ __all__ = [
     "build",
     "check",
     "check_pack",
+    "check_request",
     "content_of",
     "cut_off",
     "drive",

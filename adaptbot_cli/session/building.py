@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli import trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
-from adaptbot_cli.core.tutor import Policy, pursue
+from adaptbot_cli.core.tutor import Policy, pursue_each
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.session.loading import EDITS, load, reader
 from adaptbot_cli.session.resuming import content_of, guarded, remembering, spent
 from adaptbot_cli.workspace import Workspace
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.keeper import Keeper, Start
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.plan import Task
+    from adaptbot_cli.core.request import Reading
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,7 @@ class Request:
     policy: Policy = "tutor"
     replans: int = 3
     requires: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
     ask: bool = True
     answers: Path | None = None
     dry_run: bool = False
@@ -69,7 +70,7 @@ class Session:
 
     request: Request
     kg: "Kg"
-    task: "Task"
+    read: "Callable[[str], Reading]"
     ports: Ports
     planner: str
     screen: "Screen"
@@ -90,8 +91,14 @@ class Session:
         from adaptbot_cli.errors import ModelError
 
         request = self.request
-        turns = pursue(
-            self.task, self.kg, parser(self.kg), request.policy, self.replans, request.full
+        turns = pursue_each(
+            request.task,
+            self.read,
+            self.kg,
+            parser(self.kg),
+            request.policy,
+            self.replans,
+            request.full,
         )
         try:
             result = drive(turns, self.ports)
@@ -101,9 +108,10 @@ class Session:
                 self.recorder.planless(str(error))
             raise
         self.revisions[1] = result.revision or self.revisions[0]
-        if request.apply and self.keeper and result.outcome and result.verdict == "executable":
-            self.state = self.keeper.apply(self.task.name, result.outcome.deltas)
-            self.revisions[1] = self.state
+        for run in result.runs or (result,):
+            if request.apply and self.keeper and run.outcome and run.verdict == "executable":
+                self.state = self.keeper.apply(run.report.task.name, run.outcome.deltas)
+                self.revisions[1] = self.state
         if self.recorder is not None:
             self.recorder.finished(result)
         return result
@@ -126,22 +134,22 @@ def build(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.tasks import task_for
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
     human = human_of(request, prompts)
     start = None if request.dry_run else started_on(request.domain, workspace)
     kg = start.kg if start else load(workspace, request.domain)
-    task = task_for(request.task, kg, request.requires)
+    words = WordNet()
+    read = reader(kg, workspace, request.requires, request.without, words)
     planner = _planner(request, chosen, environ, kg, workspace, console)
     with ExitStack() as stack:
         asks = prompts is not None and request.ask and request.answers is None
-        screen = Screen(console, kg, task, asks, request.edit)
+        screen = Screen(console, kg, asks, request.edit)
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if chosen.model is None else request.replans
-        session = Session(request, kg, task, nobody, planner.name, screen, replans)
+        session = Session(request, kg, read, nobody, planner.name, screen, replans)
         session.asked = _asked_model(request, chosen)
         session.unused = getattr(human, "unused", list)
         transcript = session.transcript = _transcript(request, workspace)
@@ -161,7 +169,7 @@ def build(
             planner, human = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
-        session.ports = Ports(planner, human, Rehearsal(kg), WordNet(), store, observers)
+        session.ports = Ports(planner, human, Rehearsal(kg), words, store, observers)
         yield session
 
 
@@ -180,7 +188,7 @@ def _planner(
         from adaptbot_cli.adapters.planner.library import Library
 
         others = {n: workspace.library(n) for n in workspace.domains() if n != request.domain}
-        return Library(library, kg.domain, others)
+        return Library(library, kg.domain, others, kg)
     from adaptbot_cli.adapters.display import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
     from adaptbot_cli.adapters.planner.local.prompts import for_model
@@ -303,6 +311,7 @@ def _header(session: Session) -> dict[str, Any]:
         "policy": request.policy,
         "replans": session.replans,
         "requires": list(request.requires),
+        **({"without": list(request.without)} if request.without else {}),
         "planner": session.planner,
         **session.asked,
         **_options(request),

@@ -17,7 +17,7 @@ from adaptbot_cli.session.building import (
     started_on,
 )
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.session.loading import EDITS, load, reader
 from adaptbot_cli.session.resuming import is_own
 from adaptbot_cli.workspace import Workspace
 
@@ -54,11 +54,16 @@ def find_open(workspace: Workspace, domain: str) -> Open:
 def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> Open:
     from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.pending import Waiting, listed
-    from adaptbot_cli.core.tasks import task_for
 
     kg = load(workspace, domain)
     here = [run for run in runs if run.domain == domain]
-    waiting = [Waiting(task_for(r.task, kg, r.requires), r.plan, r.unknown) for r in here]
+    waiting = []
+    for run in here:
+        reading = reader(kg, workspace, run.requires, run.without)(run.task)
+        reading = reading.confirmed() if run.confirmed else reading
+        for task in reading.tasks:
+            plan = run.plans.get(task.name, run.plan if len(reading.tasks) == 1 else "")
+            waiting += [Waiting(task, plan, run.unknown)] if plan else []
     pending = drive(
         listed(waiting, kg, parser(kg)), _ports(kg, human_of(Request("", domain), None))
     )

@@ -125,7 +125,7 @@ def test_from_a_model_it_is_checked(teaching: Teaching, name: str) -> None:
     ports = Ports(Says(text), AbsentHuman(), Rehearsal(kg), NoWords(), Nowhere())
     result = drive(inspect(Task("fetch it"), kg, parse, text), ports)
     out = Console(file=io.StringIO(), width=80, no_color=True, highlight=False)
-    Screen(out, kg, result.report.task, "").finish(result, None)
+    Screen(out, kg).finish(result, None)
     told = out.file.getvalue()  # type: ignore[attr-defined]
     assert told.strip() and not _CONTROLS.search(told)
     json.dumps(summary(result, kg, "text", (None, None)))

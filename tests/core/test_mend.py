@@ -13,8 +13,8 @@ from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.resources import bundled
+from tests.asking import task_for
 
 KITCHEN = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
 HOUSEHOLD = load_kg(read_files(bundled("kg") / "household"), "household")

@@ -1,5 +1,6 @@
 """The plan library: generic, hand-written plans, adapted to a task's own ingredients."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -16,7 +17,10 @@ from jinja2.visitor import NodeTransformer
 
 from adaptbot_cli import bounded
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.names import affirmed, misspelt, singulars, words
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import misspelt, normal, singulars, words
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.request import excludes, usable
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
@@ -136,6 +140,9 @@ _JINJA.globals = {"namespace": Namespace}
 _A_SLIP = 0.75
 """How like a task's name what was said must be, to be asked about."""
 
+_NAMED = re.compile(r"\"([^\"]*)\"")
+"""A name in a line of a plan, as templates write it."""
+
 _SLIPS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """What an expression of a template may raise by itself."""
 
@@ -151,11 +158,17 @@ class LibraryPlan:
     roles: dict[str, list[str]]
     body: str
 
-    def render(self, task: str, items: Iterable[str]) -> str:
-        """Write the plan for a task's items, one call a line. Raises PackError."""
+    def render(self, task: str, items: Iterable[str], asked: Task | None = None) -> str:
+        """Write the plan for a task's items, one call a line. Raises PackError.
+
+        What was `asked` gives the template the `place` to bring things to and what is to be
+        `inside` which vessel.
+        """
+        asks: dict[str, Any] = {"place": asked.place, "inside": dict(asked.inside)} if asked else {}
         try:
             template = _JINJA.read(self.body)
             given = {"task": task, "items": list(items), "roles": self.roles}
+            given |= {"place": "", "inside": {}, **asks}
             return template.render(given, _step=_Steps())
         except (jinja2.TemplateError, RecursionError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
@@ -174,6 +187,14 @@ class LibraryPlan:
 def read_library(*folders: Path) -> list[LibraryPlan]:
     """Read every plan of some folders. Raises PackError."""
     return [read_plan(path) for path in library_files(*folders)]
+
+
+def names_in(*folders: Path) -> list[str]:
+    """Return the names that the plans of some folders serve; none if one of them has faults."""
+    try:
+        return [name for plan in read_library(*folders) for name in plan.names]
+    except PackError:  # told when a plan is wanted
+        return []
 
 
 def library_files(*folders: Path) -> list[Path]:
@@ -267,12 +288,14 @@ class Library:
     """Plans without a model: the nearest plan of the library, with the task's own items.
 
     The library is that of `folders`, an earlier one before a later one; `others` are those of the
-    domains that a task may be of instead.
+    domains that a task may be of instead. What a task excludes, or what on this home's graph may be
+    something that it excludes, is left out.
     """
 
     folders: tuple[Path, ...]
     domain: Domain
     others: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
+    kg: Kg | None = None
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
@@ -293,7 +316,21 @@ class Library:
                 "adaptbot.toml or in ADAPTBOT_MODEL, or set a provider's key (OPENAI_API_KEY)."
             )
         plan, name = found
-        return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
+        items = self._items(plan, name, turn)
+        return Proposal(self._allowed(plan.render(turn.task.name, items, turn.task), turn), calls=0)
+
+    def _usable(self, name: str, turn: Propose) -> bool:
+        """Whether a name may stand in a plan: one that is required and unsure is asked about."""
+        if self.kg is None:
+            return True
+        asked = any(set(self.kg.find(name)) & set(self.kg.find(n)) for n in turn.task.required)
+        return not excludes(name, turn.task, self.kg) if asked else usable(name, turn.task, self.kg)
+
+    def _allowed(self, text: str, turn: Propose) -> str:
+        """A plan without the lines that name something excluded."""
+        lines = text.splitlines()
+        kept = (ln for ln in lines if all(self._usable(n, turn) for n in _NAMED.findall(ln)))
+        return "\n".join(kept)
 
     def _meant(self, turn: Propose) -> str:
         """The listed task that a slip of the pen in a task's name may mean, for a sentence."""
@@ -311,14 +348,10 @@ class Library:
         return f"If it is a task of {' or '.join(self.others)}, add --domain. "
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
-        """The task's items; of a task that is not listed, the usual ones and what its name adds."""
-        if turn.task.known:
-            return list(turn.task.required)
-        parts = {part for item in turn.task.required for part in words(item)}
-        states = {word for prop in self.domain.properties.values() for word in prop.state_words}
-        passed = self.domain.fillers | parts | _folded(name) | states
-        said = affirmed(turn.task.name)
-        extra = [word for word in said if not {word, *singulars(word)} & passed]
-        told = [*turn.task.required, *extra]
-        usual = plan.base if told and plan.base is not None else plan.ingredients
-        return list(dict.fromkeys((*usual, *told)))
+        """The task's items; of a task that is not listed, the usual ones and what was asked for."""
+        told = turn.task.required
+        judged = self.domain.task_classes.get(normal(turn.task.judged_by))
+        own = set(told) - {*(judged.required if judged else ())}
+        usual = plan.base if own and plan.base is not None else plan.ingredients
+        found = dict.fromkeys(told if turn.task.known else (*usual, *told))
+        return [item for item in found if item in told or self._usable(item, turn)]

@@ -18,11 +18,11 @@ from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
 from tests import loopback as server
+from tests.asking import task_for
 from tests.loopback import USAGE, Answer, Loopback, refuses, says, serving
 
 PLAN = 'pick_up_obj("egg")\nput_down_obj("egg", "bowl")\nwait(5)'
