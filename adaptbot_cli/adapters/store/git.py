@@ -205,7 +205,8 @@ class Repo:
         sha = self._logged(name)
         if not sha:
             return "`git fsck --lost-found` finds the last commit."
-        return f"Its log says {sha[:10]}: `git -C {self.root} update-ref {name} {sha}` restores it."
+        again = f"git -C {self.root} update-ref {name} {sha}"
+        return f"Its log says {sha[:10]}: remove the file if it is there, then `{again}`."
 
     def resolve(self, rev: str) -> str:
         """Return the sha of a revision: a sha or its beginning, a branch, a tag, HEAD~2.
