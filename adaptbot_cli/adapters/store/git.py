@@ -437,8 +437,10 @@ class Repo:
             try:
                 self._finish(intent, index, branch, ref)
             except BaseException:
-                if self.head() != intent.commit or intent.commit == head:
+                if index.exists():
                     self._back(intent, index)
+                elif self.head() != intent.commit:
+                    self._move(intent, branch, ref)  # files and index are the new ones
                 raise
             return str(sha)
 
@@ -478,6 +480,10 @@ class Repo:
             if blob != intent.old[path] and self._on_disk(path) == intent.old[path]:
                 files.write(self.root, path, None if blob is None else self.blob(blob))
         self._write_index(index, intent.staged, intent.commit)
+        self._move(intent, branch, ref)
+
+    def _move(self, intent: Intent, branch: Path, ref: str) -> None:
+        """Let the branch name the commit of an intent, and forget the intent."""
         if intent.commit != intent.parent:
             _place(branch, f"{intent.commit}\n".encode(), self._mode(branch))
             with suppress(OSError):  # the log is a help for people; the commit is made
