@@ -27,6 +27,9 @@ DEPTH = 100
 _YAML_PARTS = 100_000
 """How many nodes a YAML document may have, each alias counted as all that it stands for."""
 
+_SMALL = 4_000
+"""Characters of a YAML text that the slow loader may read too."""
+
 _LONGEST_NUMBER = 100
 _ENTITIES = 10 * MB
 """How many characters the entities of an XML file may stand for."""
@@ -85,8 +88,12 @@ def parse_yaml(text: str, name: object, error: Refusal = UsageError) -> list[Any
     if len(text) > YAML or parts > 2 * _YAML_PARTS:
         raise error(f"{name} is no valid YAML: it is too large")
     try:
-        found = yaml.load_all(text, Loader=_loader())
-        return [document for document in found if document is not None]
+        try:
+            return _documents(text, fast=True)
+        except yaml.YAMLError:
+            if len(text) > _SMALL:
+                raise
+            return _documents(text, fast=False)
     except RecursionError as problem:
         raise error(f"{name} is no valid YAML: it is nested too deep") from problem
     except (yaml.YAMLError, ValueError) as problem:
@@ -95,11 +102,19 @@ def parse_yaml(text: str, name: object, error: Refusal = UsageError) -> list[Any
         raise error(f"{name} is no valid YAML: a value does not fit its tag") from problem
 
 
-@lru_cache(maxsize=1)
-def _loader() -> Any:
+def _documents(text: str, fast: bool) -> list[Any]:
     import yaml
 
-    class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    documents = yaml.load_all(text, Loader=_loader(fast))
+    return [document for document in documents if document is not None]
+
+
+@lru_cache(maxsize=2)
+def _loader(fast: bool) -> Any:
+    """The loader in C, or the slow one, which takes more of what people write (`{a: :b}`)."""
+    import yaml
+
+    class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader) if fast else yaml.SafeLoader):  # type: ignore[misc]
         """Measures a document before anything is made of it."""
 
         def construct_document(self, node: Any) -> Any:

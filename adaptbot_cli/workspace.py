@@ -173,8 +173,12 @@ def settings_of(path: Path, own: bool = False) -> tuple[dict[str, Any], dict[str
     Raises:
         KnowledgeError: it is no valid TOML, or a setting cannot be meant.
     """
-    if not path.exists():
+    try:
+        path.lstat()
+    except FileNotFoundError:
         return {}, {}
+    except OSError as error:
+        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
     content = bounded.read_bytes(path, bounded.SETTINGS)
     settings = _settings(path, content)
     if own or trust.is_trusted(path, content):

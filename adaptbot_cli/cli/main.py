@@ -23,7 +23,7 @@ from adaptbot_cli.cli import (
     trust,
 )
 from adaptbot_cli.cli import eval as evaluate
-from adaptbot_cli.errors import AdaptbotError, Interrupted
+from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError
 
 
 class _Commands(TyperGroup):
@@ -94,6 +94,12 @@ def main() -> None:
             raise
         _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
         raise SystemExit(error.exit_code) from None
+    except (RecursionError, MemoryError):
+        # The readers are bounded; what is within their limits and still too much ends here.
+        if debug:
+            raise
+        _say("error: what was read is too large or nested too deep to be worked out")
+        raise SystemExit(KnowledgeError.exit_code) from None
     except OSError as error:
         # What a command reads or writes for itself says so; what is left is the output.
         if debug:

@@ -40,6 +40,13 @@ def words_to_look_up(calls: Iterable[Call], scene: Scene) -> tuple[set[str], set
     return items - known, actions - known
 
 
+def names_to_look_up(unknown: Iterable[str], scene: Scene) -> set[str]:
+    """Return the names of things that related words lead to, to see whether they lead back."""
+    near = {w.word for word in unknown for w in scene.known.get(word, ()) if w.distance <= 1}
+    found = {normal(scene.kg.name(entity)) for word in near for entity in scene.kg.find(word)}
+    return found - set(scene.known)
+
+
 def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     """Check, refine and repair a plan on the graph, which is left as it was.
 

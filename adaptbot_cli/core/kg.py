@@ -15,7 +15,7 @@ from rdflib.term import Identifier, Node
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, Line
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
-from adaptbot_cli.core.names import Spellings, variants, without_s
+from adaptbot_cli.core.names import Spellings, folded, variants, without_s, words
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import (
     AB,
@@ -52,6 +52,8 @@ class _Known:
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
+    heads: dict[str, tuple[URIRef, ...]] | None = None
+    folded: dict[str, tuple[URIRef, ...]] | None = None
     tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
     size: tuple[int, int] | None = None
@@ -237,7 +239,22 @@ class Kg:
                     }
                     if found:
                         return tuple(sorted(found))
-        return ()
+        return next((self._folded[f] for f in map(folded, variants(name)) if f in self._folded), ())
+
+    @property
+    def _folded(self) -> dict[str, tuple[URIRef, ...]]:
+        """The things by their names, and else their aliases, without accents and separators."""
+        if self._known.folded is None:
+            found: dict[str, set[URIRef]] = {}
+            for predicates in ((AB.alias,), self.named_by):
+                told = (fact for p in predicates for fact in self.store.subject_objects(p))
+                names: dict[str, set[URIRef]] = {}
+                for entity, text in told:
+                    if isinstance(entity, URIRef) and self.classes(entity):
+                        names.setdefault(folded(str(text)), set()).add(entity)
+                found |= names
+            self._known.folded = {name: tuple(sorted(things)) for name, things in found.items()}
+        return self._known.folded
 
     def _called(self, text: str, predicate: URIRef) -> Iterator[URIRef]:
         value = pyoxigraph.Literal(text)
@@ -265,6 +282,15 @@ class Kg:
                 key = without_s(self.name(entity))
                 self._known.spellings[key] = (*self._known.spellings.get(key, ()), entity)
         return self._known.spellings.get(without_s(name), ())
+
+    def with_head(self, word: str) -> tuple[URIRef, ...]:
+        """Return the things whose names end in a word, as a cutting board does in board."""
+        if self._known.heads is None:
+            self._known.heads = {}
+            for entity in self.instances(self.domain.kinds):
+                for head in words(self.name(entity))[-1:]:
+                    self._known.heads[head] = (*self._known.heads.get(head, ()), entity)
+        return self._known.heads.get(word, ())
 
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with

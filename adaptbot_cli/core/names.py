@@ -1,6 +1,7 @@
 """Names as people and models write them: normal forms, base forms, nearness."""
 
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +24,18 @@ def normal(name: str) -> str:
     """Return the name in small letters with underscores: " Cutting-Board" as cutting_board."""
     text = sound(name).strip().lower().replace("\u2019", "'")
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
+
+
+@lru_cache(maxsize=8192)
+def unaccented(name: str) -> str:
+    """Return a name without the accents of its letters: saut\u00e9 as saute."""
+    parts = unicodedata.normalize("NFKD", sound(name))
+    return unicodedata.normalize("NFC", "".join(c for c in parts if not unicodedata.combining(c)))
+
+
+def folded(name: str) -> str:
+    """Return a name by which spellings are compared: without accents, case and separators."""
+    return normal(unaccented(name)).replace("_", "")
 
 
 _CAPITAL = re.compile(r"(?<=[a-z\d])(?=[A-Z])")

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from rdflib import URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
@@ -37,7 +38,7 @@ class Scene:
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)
     around: dict[str, tuple[Related, ...]] = field(default_factory=dict)
-    trust: dict[tuple[URIRef, tuple[URIRef, ...]], bool] = field(default_factory=dict)
+    trust: dict[tuple[URIRef, Node, tuple[URIRef, ...]], bool] = field(default_factory=dict)
 
     @property
     def domain(self) -> Domain:

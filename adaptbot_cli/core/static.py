@@ -121,12 +121,27 @@ def _bind(
     values |= {part.parameter: part.value for part in fixed}
     findings += _too_few(action, [p for p in slots if p.name not in values], call)
     bound = Bound(action, values)
-    findings += attribute_findings(bound, scene.kg)
+    failing = attribute_findings(bound, scene.kg)
+    findings += [_not_meant(f, found_changes, action, scene) for f in failing]
     if findings:
         once = tuple(dict.fromkeys(findings))
         return Sound(call, None, tuple(found_changes), once, action=action)
     proper = render(bound, scene.kg)
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
+
+
+def _not_meant(finding: Finding, changes: list[Change], action: Action, scene: Scene) -> Finding:
+    """A thing that words put in and that an attribute rules out was not meant after all."""
+    for change in changes:
+        if (
+            change.by in resolve.BY_WORDS
+            and finding.code == "E302"
+            and change.target == finding.subject
+        ):
+            classes = tuple(c for p in action.visible for c in p.classes)
+            changes.remove(change)
+            return resolve.unknown_item(change.source, classes, scene)
+    return finding
 
 
 def _no_use(arg: str, action: Action, slots: list[Parameter], scene: Scene) -> bool:

@@ -14,7 +14,7 @@ from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load
-from adaptbot_cli.session.resuming import content_of, remembering, spent
+from adaptbot_cli.session.resuming import content_of, guarded, remembering, spent
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -267,6 +267,7 @@ def keeper_of(
 def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Recorder"]:
     """Begin a transcript. Raises KnowledgeError if it cannot be written."""
     from adaptbot_cli import __version__
+    from adaptbot_cli.adapters.planner.choice import LIBRARY
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.errors import KnowledgeError
 
@@ -282,7 +283,11 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
         except KnowledgeError:  # a transcript without its header is none
             path.unlink(missing_ok=True)
             raise
-        trust.trust_own(path, content_of(header))
+        own = partial(trust.trust_own, path, content_of(header))
+        if guarded(header).get("model", LIBRARY) == LIBRARY:
+            recorder.signed = own  # without model and answers there is nothing to trust
+        else:
+            own()
         yield recorder
     finally:
         with suppress(OSError):  # each turn was flushed; what failed then was raised then

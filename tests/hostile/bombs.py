@@ -26,6 +26,7 @@ YAML = {
     "entries": "adaptbot: 1\ntask: [" + "1," * 1_000_000 + "]",
     "documents": "---\n" * 300_000,
     "large": "adaptbot: 1\ntask: " + "x" * 5_000_000,
+    "task": "adaptbot: 1\ndomain: kitchen\ntask: " + "egg " * 900_000,
 }
 TOML = {
     "arrays": "domain = " + "[" * 30_000,
@@ -33,6 +34,12 @@ TOML = {
     "digits": "seed = " + "1" * 30_000,
     "dots": ".".join("a" * 30_000) + " = 1",
     "large": "# " + "x" * 100_000,
+}
+PACK = {
+    "classes in a chain": "".join(
+        f'ex:C{i} a rdfs:Class ; rdfs:label "c{i}" ; rdfs:subClassOf ex:C{i + 1} .\n'
+        for i in range(1500)
+    ),
 }
 JSON = {
     "arrays": "[" * _DEEP,

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
+from urllib.request import getproxies
 
 import httpx
 
@@ -47,13 +48,12 @@ def load() -> Any:
     litellm.disable_hf_tokenizer_download = True
     for name in _LOGGERS:
         logging.getLogger(name).disabled = True
-    if litellm.client_session is None:
-        litellm.client_session = _handler().client
+    litellm.client_session = _handler(tuple(sorted(getproxies().items()))).client
     return litellm
 
 
 @lru_cache(maxsize=1)
-def _handler() -> Any:
+def _handler(_proxies: tuple[tuple[str, str], ...]) -> Any:
     """litellm's own HTTP client, made to follow no redirect, which could carry a key elsewhere, and
     to read no endless answer."""
     from litellm.llms.custom_httpx.http_handler import HTTPHandler
@@ -150,7 +150,7 @@ class Provider:
         if own and self.missing_key_of_own_server():
             own["api_key"] = _NO_KEY
         if self.model.startswith(_HANDLED):
-            own["client"] = _handler()
+            own["client"] = _handler(tuple(sorted(getproxies().items())))
         return self.litellm.completion(
             model=self.model,
             messages=messages,

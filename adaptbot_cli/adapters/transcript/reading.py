@@ -19,7 +19,9 @@ def _amount(value: Any) -> bool:
 
 
 def _names(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(name, str) for name in value)
+    """Whether a value is a list of names: at most a hundred, of no more characters than a task."""
+    named = isinstance(value, list) and len(value) <= 100
+    return named and all(isinstance(name, str) and len(name) <= 1_000 for name in value)
 
 
 def _counts(value: Any) -> bool:
@@ -30,7 +32,11 @@ _FORMS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
     "replans": ("a number", _count),
     "requires": ("a list of names", _names),
-    "reply": ("a text", lambda value: isinstance(value, str)),
+    "task": ("a text of at most 1,000 characters", lambda value: len(str(value)) <= 1_000),
+    "reply": (
+        "a text of at most 200,000 characters",
+        lambda value: isinstance(value, str) and len(value) <= 200_000,
+    ),
     "calls": ("a number", _count),
     "tokens": ("two numbers, `prompt:` and `completion:`", _counts),
     "cost_usd": ("an amount", _amount),

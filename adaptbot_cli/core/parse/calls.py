@@ -262,7 +262,7 @@ _BEFORE = re.compile(
     re.IGNORECASE,
 )
 _BEHIND = re.compile(
-    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→⇒➜➔=<&\])(。；，、]"
+    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
     r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")

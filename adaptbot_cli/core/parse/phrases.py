@@ -47,8 +47,20 @@ _PHRASAL = {
 _PARTICLES = _ADVERBS | _PREPOSITIONS
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
-    r"|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
+    r"|->|=>|>>|→|⇒|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
 )
+_ARROWS = frozenset({"->", "=>", ">>", "→", "⇒"})
+_ASIDE = re.compile(r"\s[–—]\s|[*_]*:[*_]*\s+")
+_INVERTED = (
+    (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
+    (
+        re.compile(
+            r"((?:with|using|on|in|from)\s[^,]{1,60}),\s*((?:(?!\band\b|[,;]).)*)", re.IGNORECASE
+        ),
+        r"\2 \1",
+    ),
+)
+"""Orders whose object or tool comes first, and how they read otherwise."""
 _LABEL = re.compile(
     r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
@@ -143,8 +155,16 @@ class Vocabulary:
         """Tell whether a name is an action's."""
         return normal(name) in self.names or normal(parted(name)) in self.names
 
+    def proper(self, name: str) -> str:
+        """Return the action's name that is spelt without its separators, such as switchon."""
+        joined = (known for known in sorted(self.names) if known.replace("_", "") == name)
+        return next(joined, name)
+
     def begins(self, phrase: str) -> bool:
         """Tell whether a phrase begins with a verb of the domain."""
+        return any(self._begins(part) for part in _parts(phrase))
+
+    def _begins(self, phrase: str) -> bool:
         tokens = _tokens(_stripped(phrase))
         at = _skip(tokens, 0)
         if at >= len(tokens) or CLOSED.fullmatch(phrase):
@@ -155,10 +175,13 @@ class Vocabulary:
 
     def shaped(self, phrase: str) -> bool:
         """Tell whether a phrase looks like an order with a verb that the domain does not know."""
-        tokens = _tokens(_stripped(phrase))
-        at = _skip(tokens, 0)
-        after = tokens[at + 1].word if at + 1 < len(tokens) else ""
-        return after in ("it", "them") or self.starts_clause(tokens, at)
+        for part in _parts(phrase):
+            tokens = _tokens(_stripped(part))
+            at = _skip(tokens, 0)
+            after = tokens[at + 1].word if at + 1 < len(tokens) else ""
+            if after in ("it", "them") or self.starts_clause(tokens, at):
+                return True
+        return False
 
     def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
         """Read a phrase as steps; [] if it cannot be read as such.
@@ -166,6 +189,8 @@ class Vocabulary:
         With `unknown`, it may begin with a verb that is none of the domain's. `objects` are those
         of the step before, which a pronoun stands for.
         """
+        parts = _parts(phrase)
+        phrase = next((part for part in parts if self._begins(part)), parts[0])
         tokens = _tokens(_stripped(phrase))
         found: list[Clause] = []
         at = _skip(tokens, 0)
@@ -186,7 +211,7 @@ class Vocabulary:
         """Return the verbs that a word is a form of."""
         if token.quoted:
             return ()
-        word = normal(token.word)
+        word = normal(parted(token.written))
         whole = [Verb(word, (), v.action) for first in (word.partition("_")[0],)
                  for v in self.verbs.get(first, ()) if "_" in word and v.name == word]  # fmt: skip
         return whole or next((self.verbs[form] for form in _forms(word) if form in self.verbs), ())
@@ -223,7 +248,10 @@ class _Token:
 def _tokens(phrase: str) -> list[_Token]:
     found = []
     for match in _TOKEN.finditer(phrase):
-        quoted = match[1] or match[2]
+        if match[0] in _ARROWS:
+            found.append(_Token(";", ";"))
+            continue
+        quoted = (match[1] or match[2] or "").strip()
         if quoted and re.fullmatch(r"[\w\s'’-]+", quoted):
             found.append(_Token(quoted.lower(), quoted, True))
         elif quoted:
@@ -252,8 +280,18 @@ def _stripped(phrase: str) -> str:
         subject = _SUBJECT.match(phrase)
         end = max(m.end() if m else 0 for m in (lead, subject))
         if not end:
-            return phrase
+            break
         phrase = phrase[end:]
+    for inverted, plain in _INVERTED:
+        phrase = inverted.sub(plain, phrase) if inverted.fullmatch(phrase) else phrase
+    return phrase
+
+
+def _parts(phrase: str) -> list[str]:
+    """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
+    phrase = phrase[label_end(phrase) :]
+    aside = _ASIDE.search(phrase)
+    return [phrase[aside.end() :], phrase[: aside.start()]] if aside else [phrase]
 
 
 def _skip(tokens: Sequence[_Token], at: int) -> int:
@@ -478,9 +516,10 @@ class _ClauseReader:
             ):
                 break
             elif word in _DETERMINERS and parts and parts[-1].word != "of":
-                if not all(p.word in _PERSONS for p in parts):
+                if all(p.word in _PERSONS for p in parts):
+                    parts = []  # "bring me the apple"
+                elif parts[-1].word not in ("all", "both"):
                     break
-                parts = []  # "bring me the apple"
             elif word not in _DETERMINERS or self._ends(self.at + 1):
                 parts.append(token)
             self.at += 1

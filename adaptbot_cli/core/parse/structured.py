@@ -73,6 +73,10 @@ class Words(Protocol):
         """Tell whether a phrase begins with an action's verb."""
         ...
 
+    def proper(self, name: str) -> str:
+        """Return the action's name that is spelt without its separators, such as switchon."""
+        ...
+
 
 @dataclass(slots=True)
 class Node:
@@ -248,7 +252,11 @@ class Structures:
 
     def _is_tuple(self, node: Node) -> bool:
         """Tell whether a list is an action's name with its arguments: `("move", ["fridge"])`."""
-        if node.kind != "list" or node.end < 0 or not node.items or node.items[0].kind != "string":
+        if node.kind != "list" or node.end < 0 or not node.items:
+            return False
+        if node.items[0].text.isdigit():  # the number of the step
+            del node.items[0]
+        if not node.items or node.items[0].kind != "string":
             return False
         name, rest = (
             node.items[0].text,
@@ -381,7 +389,8 @@ class Structures:
         if key in (*_NAMED, "tool", "command") and bracketed:
             call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
-        if key in (*_NAMED, "tool", "command") and _KEYWORD.fullmatch(value.strip("'\"")):
+        named = key in (*_NAMED, "tool", "command") or (key == "name" and self._is_action(value))
+        if named and _KEYWORD.fullmatch(value.strip("'\"")):
             whole.keys, whole.items = (
                 ["action"],
                 [Node("string", match.start(3), end, value.strip("'\""))],
@@ -481,9 +490,8 @@ class Structures:
         match = _BRACKETS.match(self._text, start, end)
         if match and (match[2].strip() or self._is_action(match[1])):
             args = tuple(name.strip() for name in re.findall(r"<([^<>]*)>", match[2]))
-            call = keyworded(
-                match[1].strip().lower().replace(" ", "_"), [("", arg) for arg in args]
-            )
+            name = self._words.proper(match[1].strip().lower().replace(" ", "_"))
+            call = keyworded(name, [("", arg) for arg in args])
             return [Item(match.start(1) - 1, match[0].strip(), call)]
         whole = _PDDL.fullmatch(line)
         if whole is None:

@@ -187,13 +187,10 @@ class _Settling:
             message = f"{shown(source)} is not to be done, so it is no step."
             yield Item(start, source, code="P106", message=message)
             return
-        for at, sentence in _sentences(source):
+        for number, (at, sentence) in enumerate(_sentences(source)):
             known = self.words.begins(sentence)
-            clauses = (
-                self.words.read(sentence, unknown and marked, self.objects)
-                if known or marked
-                else []
-            )
+            fits = known or (marked and number == 0) or self.words.shaped(sentence)
+            clauses = self.words.read(sentence, unknown, self.objects) if known or fits else []
             if not clauses or not (known or unknown):
                 yield self._unread(start + at, sentence, known)
             for clause in clauses if known or unknown else ():
@@ -270,7 +267,8 @@ class _Phrased(_Settling):
             for _, s in _sentences(i.source)
         ]
         begun = sum(words.begins(sentence) for sentence in said)
-        self._prose = not self._plans and 2 * begun >= len(said)
+        shaped = bool(words.names) and all(words.begins(s) or words.shaped(s) for s in said)
+        self._prose = not self._plans and (2 * begun >= len(said) or shaped)
 
     def _is_plan(self, lines: Sequence[str]) -> bool:
         """Tell whether the items of a list are steps: they begin with verbs."""
@@ -297,9 +295,9 @@ class _Phrased(_Settling):
         begins = any(self.words.begins(s) for _, s in _sentences(item.source))
         if steps or (len(inline) > 1 and begins):
             yield from self.steps(item.start, item.source, True, item.message)
-        elif self._prose or (
-            (begins or is_negated(item.source)) and self._plans and not item.heads
-        ):
+        elif self._prose:
+            yield from self.steps(item.start, item.source, False, item.message)
+        elif (begins or is_negated(item.source)) and self._plans and not item.heads:
             yield from self.steps(item.start, item.source, False, item.message, unknown=False)
         elif (self._plans and OPEN.fullmatch(item.source)) or (item.message and begins):
             yield from self.steps(item.start, item.source, False, item.message)
