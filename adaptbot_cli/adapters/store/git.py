@@ -205,7 +205,8 @@ class Repo:
         sha = self._logged(name)
         if not sha:
             return "`git fsck --lost-found` finds the last commit."
-        return f"Its log says {sha[:10]}: `git -C {self.root} update-ref {name} {sha}` restores it."
+        again = f"git -C {self.root} update-ref {name} {sha}"
+        return f"Its log says {sha[:10]}: remove the file if it is there, then `{again}`."
 
     def resolve(self, rev: str) -> str:
         """Return the sha of a revision: a sha or its beginning, a branch, a tag, HEAD~2.
@@ -436,8 +437,10 @@ class Repo:
             try:
                 self._finish(intent, index, branch, ref)
             except BaseException:
-                if self.head() != intent.commit or intent.commit == head:
+                if index.exists():
                     self._back(intent, index)
+                elif self.head() != intent.commit:
+                    self._move(intent, branch, ref)  # files and index are the new ones
                 raise
             return str(sha)
 
@@ -477,6 +480,10 @@ class Repo:
             if blob != intent.old[path] and self._on_disk(path) == intent.old[path]:
                 files.write(self.root, path, None if blob is None else self.blob(blob))
         self._write_index(index, intent.staged, intent.commit)
+        self._move(intent, branch, ref)
+
+    def _move(self, intent: Intent, branch: Path, ref: str) -> None:
+        """Let the branch name the commit of an intent, and forget the intent."""
         if intent.commit != intent.parent:
             _place(branch, f"{intent.commit}\n".encode(), self._mode(branch))
             with suppress(OSError):  # the log is a help for people; the commit is made
