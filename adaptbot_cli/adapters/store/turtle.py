@@ -55,20 +55,21 @@ _HIDDEN: Final = re.compile(
 )
 
 # What a valid document consists of, as far as it may hold a full stop that ends nothing.
-_SPACE: Final = r"(?:[ \t\r\n]++|\#[^\n\r]*+)*+"
+_SPACE: Final = r"(?:[ \t\r\n]++|\#[^\n\r]*+)*"
 _STRING: Final = (
-    r'"""(?:[^"\\]|\\.|"(?!""))*+"""' r"|'''(?:[^'\\]|\\.|'(?!''))*+'''"
-    r'|"(?:[^"\\\n\r]|\\.)*+"' r"|'(?:[^'\\\n\r]|\\.)*+'"
+    r'"""[^"\\]*+(?:(?:\\.|"(?!""))[^"\\]*+)*"""' r"|'''[^'\\]*+(?:(?:\\.|'(?!''))[^'\\]*+)*'''"
+    r'|"[^"\\\n\r]*+(?:\\.[^"\\\n\r]*+)*"' r"|'[^'\\\n\r]*+(?:\\.[^'\\\n\r]*+)*'"
 )  # fmt: skip
 _IRI: Final = r'<[^<>"{}|^`\x00-\x20]*+>'
 _NUMBER: Final = r"[+-]?(?:[0-9]*+\.[0-9]+|[0-9]+(?:\.(?=[eE][+-]?[0-9]))?)(?:[eE][+-]?[0-9]+)?"
-_CHAR: Final = r"(?:[A-Za-z0-9_\-:%\u00b7\u00c0-\U0010ffff]|\\.)"
-_NAME: Final = rf"(?:[A-Za-z_:%\u00b7\u00c0-\U0010ffff]|\\.){_CHAR}*+(?:\.++{_CHAR}++)*+"
+_CHAR: Final = r"[A-Za-z0-9_\-:%\u00b7\u00c0-\U0010ffff]"
+_CHARS: Final = rf"{_CHAR}*+(?:\\.{_CHAR}*+)*"
+_NAME: Final = (
+    rf"(?:[A-Za-z_:%\u00b7\u00c0-\U0010ffff]|\\.){_CHARS}"
+    rf"(?:\.++(?={_CHAR}|\\.){_CHARS})*"
+)
 _SKIP: Final = re.compile(_SPACE)
 _TOKEN: Final = re.compile(rf"{_STRING}|{_IRI}|{_NUMBER}|{_NAME}|@[A-Za-z0-9-]+|.", re.DOTALL)
-_STATEMENT: Final = re.compile(
-    rf"(?:[ \t\r\n]|\#[^\n\r]*+|{_STRING}|{_IRI}|{_NUMBER}|{_NAME}|[^.])*+\.", re.DOTALL
-)
 _SPARQL_DIRECTIVE: Final = re.compile(
     rf"(?i:prefix){_SPACE}[^\s:<#]*+:{_SPACE}{_IRI}|(?i:base){_SPACE}{_IRI}"
     rf"|(?i:version){_SPACE}(?:{_STRING})",
@@ -93,8 +94,11 @@ def statements(text: str) -> Iterator[Statement]:
     """Find the statements and directives of a valid document, in order."""
     position = _SKIP.match(text).end()  # type: ignore[union-attr]
     while head := _TOKEN.match(text, position):
-        whole = _SPARQL_DIRECTIVE.match(text, position) or _STATEMENT.match(text, position)
-        end = whole.end() if whole else len(text)
+        directive = _SPARQL_DIRECTIVE.match(text, position)
+        end = directive.end() if directive else len(text)
+        if not directive:
+            rest = tokens(text, Statement(head[0], position, end))
+            end = next((token.end() for token in rest if token[0] == "."), end)
         yield Statement(head[0], position, end)
         position = _SKIP.match(text, end).end()  # type: ignore[union-attr]
 
@@ -282,7 +286,9 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         edits.insert(0, (at, at, told))
     # From the end on; of those at one place the first of the list comes first.
     for start, end, now in sorted(edits, key=lambda edit: edit[:2])[::-1]:
-        body = body[:start] + now + body[end:]
+        # Behind "5." a name would be read as an exponent.
+        glued = now and start and not (body[start - 1].isspace() or now[0].isspace())
+        body = body[:start] + (newline if glued else "") + now + body[end:]
     return text[: len(text) - len(text.removeprefix(BOM))] + body
 
 

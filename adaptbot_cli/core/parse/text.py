@@ -23,15 +23,15 @@ _TAG = (
     r"(?:\w+:)?(?:think\w*|thought\w*|reason\w*|scratch_?pad|reflection|analysis|inner_monologue)"
 )
 _MARK = re.compile(
-    rf"(?P<fence>^(?:[^\S\n]|>)*+(?:(?:[-*+]|\d+[.)])[^\S\n]+)?(?:`{{3}}|~{{3}})[^`(\"\n]*$)"
-    rf"|(?P<string>[(,\[:=][^\S\n]*\"(?:[^\"\\\n]|\\.)*+\")"
+    rf"(?P<fence>^(?:[^\S\n]|>)*(?:(?:[-*+]|\d+[.)])[^\S\n]+)?(?:`{{3}}|~{{3}})[^`(\"\n]*$)"
+    rf"|(?P<string>[(,\[:=][^\S\n]*\"[^\"\\\n]*+(?:\\.[^\"\\\n]*+)*\")"
     rf"|(?P<open><\|?(?:begin_of_)?{_TAG}\|?>|\[{_TAG}\]|◁{_TAG}▷"
     r"|<\|channel\|>(?!final)\w+(?:<\|message\|>)?)"
     rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--)"
     r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
     r"|(?P<frame><\|(?:start|channel|message|end)\|>(?:assistant|final)?)"
-    r"|(?<!~)~~(?![~\s])(?:[^~\n]|~(?!~))*+~~(?!~)",
+    r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
     re.IGNORECASE | re.MULTILINE,
 )
 _ENDS = {
@@ -40,7 +40,7 @@ _ENDS = {
         re.IGNORECASE,
     ),
     "comment": re.compile("-->"),
-    "fence": re.compile(r"^(?:[^\S\n]|>)*+(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
+    "fence": re.compile(r"^(?:[^\S\n]|>)*(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
 }
 _LETTER = re.compile(r"[^\n]")
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")

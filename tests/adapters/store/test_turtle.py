@@ -55,7 +55,15 @@ def parsed(text: str) -> set[Triple]:
     graph = Graph().parse(data=text, format="turtle")
     oxigraph = list(pyoxigraph.parse(text, format=pyoxigraph.RdfFormat.TURTLE))
     assert len(oxigraph) >= len(graph)
-    return set(graph)
+    return set(map(lower_tags, graph))
+
+
+def lower_tags(triple: Triple) -> Triple:
+    """A triple as the engine gives it: the tags of languages know no case."""
+    s, p, o = triple
+    if isinstance(o, Literal) and o.language:
+        o = Literal(o, lang=o.language.lower())
+    return s, p, o
 
 
 def lines_changed(old: str, new: str) -> tuple[int, int]:
@@ -109,9 +117,10 @@ def test_the_graph_becomes_what_was_asked_for(
         removed = removed | set(data.draw(st.lists(st.sampled_from(plain), max_size=5)))
     after = rewrite(text, removed, added, "x.ttl")
     expected, actual = Graph(), Graph()
-    for triple in (before - removed) | added:
+    for triple in (before - removed) | set(map(lower_tags, added)):
         expected.add(triple)
-    actual.parse(data=after, format="turtle")
+    for triple in Graph().parse(data=after, format="turtle"):
+        actual.add(lower_tags(triple))
     assert isomorphic(actual, expected)
     assert len(list(pyoxigraph.parse(after, format=pyoxigraph.RdfFormat.TURTLE))) >= len(expected)
 
@@ -209,9 +218,9 @@ def test_a_statement_with_blank_nodes_is_never_rewritten(
     text = (PACK / file).read_text(encoding="utf-8")
     new = rewrite(text, [], [told], file)
     assert new.replace(f"\n{block} ;\n.", "", 1) == text
-    more = rewrite(new, [], [(*fact[:2], Literal("zz"))], file)
+    more = rewrite(new, [], [(*fact[:2], Literal("zzz"))], file)
     assert lines_changed(new, more) == (0, 1)
-    assert rewrite(more, [told], [], file).replace("zz", fact[2]) == new
+    assert rewrite(more, [told], [], file).replace("zzz", fact[2]) == new
 
 
 def test_a_fact_inside_a_statement_with_blank_nodes_can_go() -> None:
