@@ -75,17 +75,17 @@ def pursue_each(
     """Pursue every task of a request, each on the state that the one before has left.
 
     `read` says what words mean; a reading that is in doubt is confirmed by the person first. The
-    state of the graph in memory is that of the last task then.
+    state of the graph in memory is that before the last task then.
     """
     reading, asked = yield from confirmed(text, read)
     yield Understood(reading)
     results: list[Result] = []
     for task in reading.tasks:
-        result = yield from pursue(task, kg, parse, policy, replans, full)
-        results.append(result)
-        if result.outcome is not None and result.verdict == "executable":
-            for delta in result.outcome.deltas:
+        before = results[-1] if results else None
+        if before is not None and before.outcome is not None and before.verdict == "executable":
+            for delta in before.outcome.deltas:
                 kg.apply(delta)
+        results.append((yield from pursue(task, kg, parse, policy, replans, full)))
     if not results:
         told = f"nothing is to be done: the request says not to {reading.refused or 'do anything'}"
         finding = Finding("W604", told, reading.refused)

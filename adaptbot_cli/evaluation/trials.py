@@ -138,10 +138,16 @@ class Listening:
 
 
 def task_of(row: Row, kg: Kg) -> Task:
-    """Return what a row asks for: its own items, and the goal that the domain lists for it."""
-    reading = understand(row.task, kg, words())
+    """Return what a row asks for: its own items, and the goal that the domain lists for it.
+
+    A row names its task itself, so nothing of the reading is in doubt; where no goal is known for
+    it, it is judged by the items it requires.
+    """
+    reading = understand(row.task, kg, words()).confirmed()
     known = reading.tasks[0] if reading.tasks else Task(row.task)
-    return replace(known, name=row.task, required=row.required or known.required)
+    name = known.name if known.excluded else row.task  # a name holds nothing that is excluded
+    required = row.required or known.required
+    return replace(known, name=name or row.task, required=required, thin=False)
 
 
 def perform(

@@ -76,7 +76,9 @@ def replay(
     ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
-    if turns and turns[0]["turn"] == "finished":  # the planner had no plan at all
+    planless = all(turn["turn"] != "propose" for turn in turns)
+    if turns and turns[-1]["turn"] == "finished" and planless:  # the planner had no plan at all
+        player.at = len(turns) - 1
         [task, *_] = read_it(text).tasks
         result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:

@@ -66,7 +66,7 @@ def test_a_run_with_a_model_says_who_plans_and_what_it_used(home: Home) -> None:
     assert "  1 answer · 500 prompt + 60 completion tokens · no cost" in rest
     assert ended.err == ""
     (transcript,) = (home.workspace / "transcripts").iterdir()
-    header, proposal, *_ = documents(transcript)
+    header, _understood, proposal, *_ = documents(transcript)
     assert (header["planner"], header["temperature"], header["seed"]) == ("openai/planner", 0, 0)
     assert proposal["tokens"] == {"prompt": 500, "completion": 60} and proposal["cost_usd"] == 0
 

@@ -40,6 +40,9 @@ PATIENCE: float = 10.0
 UNFINISHED: Final = ".git.adaptbot-"
 """How a repository is called that is being made."""
 
+_ROOM: Final = 256 * 1024
+"""Bytes that a commit may need: with less, a failure without a reason is the full disk's."""
+
 _SHA: Final = re.compile(r"[0-9a-f]{40}")
 _ODD: Final = re.compile(r"^/|//|\.\.|[:@?*\[\\]|[\x00-\x20\x7f]")
 """What no revision's name has: it would mean something else than a commit."""
@@ -118,6 +121,11 @@ class Repo:
                 ) from error
             if found.is_bare:
                 return None
+            config = Path(found.path) / "config"
+            if config.is_file() and b"\0" in config.read_bytes():  # libgit2 stops there, silently
+                raise KnowledgeError(
+                    f"{config} is damaged, it holds a NUL byte; correct that file."
+                )
             repo = cls(found, root)
             repo.head()
             return repo
@@ -828,6 +836,8 @@ def _telling(place: Path) -> Iterator[None]:
                 f"The git repository of {place} cannot be written by adaptbot: {told}; choose a "
                 "workspace outside it with --workspace."
             ) from error
+        if shutil.disk_usage(place if place.is_dir() else place.parent).free < _ROOM:
+            told = "No space left on the disk"  # libgit2 does not always say so
         raise KnowledgeError(
             f"The git repository of {place} could not be used: {told}; `git fsck` tells more."
         ) from error
