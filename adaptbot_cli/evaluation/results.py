@@ -41,6 +41,8 @@ class Results:
         Raises:
             UsageError: the file belongs to another experiment, is damaged or cannot be written.
         """
+        if self.path.exists() and not self.path.is_file():
+            raise UsageError(f"cannot use {self.path} for results: it is no file")
         try:
             kept = self._read() if self.path.exists() else []
             self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -330,7 +330,7 @@ def test_what_the_interrupted_run_has_spent_counts(home: Home) -> None:
         assert home.adaptbot(*run).code == 3
         (path,) = (home.workspace / "transcripts").iterdir()
         parts = path.read_text(encoding="utf-8").replace("replans: 0", "replans: 3").split("---\n")
-        path.write_text("---\n".join(parts[:4]), encoding="utf-8")  # killed at the re-prompt
+        path.write_text("---\n".join(parts[:5]), encoding="utf-8")  # killed at the re-prompt
         more = home.adaptbot("resume")
         assert "The token budget is used up: 560 of 900" in more.said and len(at.asked) == 1
         assert "openai/planner (from the interrupted run)" in more.said
