@@ -18,7 +18,7 @@ from typing import Any
 from adaptbot_cli.errors import AdaptbotError, KnowledgeError, UsageError
 
 KB, MB = 1_000, 1_000_000
-SETTINGS, YAML, JSON, GRAPH, PLAN = 64 * KB, 4 * MB, 32 * MB, 100 * MB, 1 * MB
+SETTINGS, YAML, JSON, GRAPH, PLAN = 64 * KB, 4 * MB, 32 * MB, 100 * MB, 2 * MB
 """The most bytes of each kind of file."""
 
 DEPTH = 100

@@ -23,7 +23,7 @@ def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, s
         return _several(result, kg, planner, revisions)
     task = result.report.task
     return {
-        "task": task.name or None,
+        "task": task.said or task.name or None,
         "domain": kg.domain.name,
         "planner": planner,
         "request": asked([task]),
@@ -55,13 +55,16 @@ def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, s
 def _several(
     result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None]
 ) -> Json:
-    runs = [summary(run, kg, planner, revisions) for run in result.runs]
+    runs = [
+        {**summary(run, kg, planner, revisions), "task": run.report.task.name}
+        for run in result.runs
+    ]
     tasks = [run.report.task for run in result.runs]
     whole = summary(replace(result, runs=()), kg, planner, revisions)
     missing = list(dict.fromkeys(name for run in runs for name in run["goal"]["missing"]))
     return {
         **whole,
-        "task": "; then ".join(task.name for task in tasks),
+        "task": tasks[0].said or "; then ".join(task.name for task in tasks),
         "request": asked(tasks),
         "outcome": result.verdict,
         "goal": {"met": result.goal_met, "missing": missing},

@@ -256,7 +256,7 @@ def _tokens(phrase: str) -> list[_Token]:
             found.append(_Token(quoted.lower(), quoted, True))
         elif quoted:
             found += _tokens(quoted)
-        else:
+        elif match[3]:  # a quotation of nothing but white space is no word
             found.append(_Token(match[3].lower().replace("’", "'"), match[3]))
     return found
 
