@@ -79,5 +79,7 @@ def read_plan(name: str) -> str:
     else:
         data = bounded.read_bytes(Path(name), bounded.PLAN, UsageError, piped=True)
     if len(data) > bounded.PLAN:
-        raise UsageError("the plan has more than two million characters: so long a text is not read")
+        raise UsageError(
+            "the plan has more than two million characters: so long a text is not read"
+        )
     return data.decode("utf-8", errors="replace")
