@@ -20,8 +20,11 @@ PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)", re.MULTILINE)
 HEAD = "# Written by tools/constraints.py: the tested versions, with the hashes of their files.\n"
 
 
-def resolved(*more: str) -> dict[str, str]:
-    """Return each needed package's entry, by its name: version, platforms and hashes."""
+def resolved(*more: str) -> list[tuple[str, str]]:
+    """Return the needed packages, each with its entry: version, platforms and hashes.
+
+    A package has several entries where platforms or Pythons need different versions.
+    """
     text = subprocess.run(
         ["uv", "pip", "compile", "pyproject.toml", "--universal", "--python-version", "3.11",
          "--generate-hashes", "--no-header", "--no-annotate", "--quiet",
@@ -29,12 +32,15 @@ def resolved(*more: str) -> dict[str, str]:
         cwd=ROOT, check=True, capture_output=True, text=True,
     ).stdout  # fmt: skip
     entries = re.split(r"^(?=\S)", text, flags=re.MULTILINE)
-    return {match[1]: entry for entry in entries if (match := PIN.match(entry))}
+    return [(match[1], entry) for entry in entries if (match := PIN.match(entry))]
 
 
 def pins(text: str) -> dict[str, str]:
     """Return the versions that a constraints file names, by package."""
-    return dict(PIN.findall(text))
+    versions: dict[str, str] = {}
+    for name, version in PIN.findall(text):
+        versions[name] = f"{versions[name]} or {version}" if name in versions else version
+    return versions
 
 
 def moved(old: dict[str, str], new: dict[str, str]) -> list[str]:
@@ -48,22 +54,25 @@ def moved(old: dict[str, str], new: dict[str, str]) -> list[str]:
 
 def main() -> int:
     """Resolve, compare, write, test."""
-    options = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    options.add_argument("--check", action="store_true", help="write nothing, run nothing")
-    only_check = options.parse_args().check
-    needed = resolved("--group", "build").keys()
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--check", action="store_true", help="write nothing, run nothing")
+    parser.add_argument("--write", action="store_true", help="write, but run nothing")
+    options = parser.parse_args()
+    needed = dict(resolved("--group", "build"))
     entries = resolved("--group", "build", "--extra", "dev")
-    base = "".join(entry for name, entry in entries.items() if name in needed)
-    dev = "".join(entry for name, entry in entries.items() if name not in needed)
+    base = "".join(entry for name, entry in entries if name in needed)
+    dev = "".join(entry for name, entry in entries if name not in needed)
     texts = {BASE: HEAD + base, DEV: HEAD + "-r constraints.txt\n" + dev}
     lines = []
     for path, text in texts.items():
         lines += moved(pins(path.read_text()) if path.exists() else {}, pins(text))
     print("\n".join(lines) or "Nothing moved.")
-    if only_check or not lines:
+    if options.check or not lines:
         return int(bool(lines))
     for path, text in texts.items():
         path.write_text(text, encoding="utf-8")
+    if options.write:
+        return 0
     return subprocess.run(["bash", ".ci/run"], cwd=ROOT, check=False).returncode
 
 
