@@ -4,16 +4,16 @@ import re
 
 _TAG = "(?:think|thinking|thought|reasoning)"
 _MARK = re.compile(
-    rf"(?P<fence>^(?:[^\S\n]|>)*+(?:(?:[-*+]|\d+[.)])[^\S\n]+)?(?:`{{3}}|~{{3}})[^`(\"\n]*$)"
+    rf"(?P<fence>^(?:[^\S\n]|>)*(?:(?:[-*+]|\d+[.)])[^\S\n]+)?(?:`{{3}}|~{{3}})[^`(\"\n]*$)"
     rf"|(?P<string>[(,\[:=][^\S\n]*\"(?:[^\"\\\n]|\\.)*+\")"
     rf"|(?P<open><{_TAG}>)|(?P<close></{_TAG}>)|(?P<comment><!--)"
-    r"|(?<!~)~~(?![~\s])(?:[^~\n]|~(?!~))*+~~(?!~)",
+    r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
     re.IGNORECASE | re.MULTILINE,
 )
 _ENDS = {
     "open": re.compile(rf"</{_TAG}>", re.IGNORECASE),
     "comment": re.compile("-->"),
-    "fence": re.compile(r"^(?:[^\S\n]|>)*+(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
+    "fence": re.compile(r"^(?:[^\S\n]|>)*(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
 }
 _LETTER = re.compile(r"[^\n]")
 

@@ -210,13 +210,13 @@ def _unescaped(match: re.Match[str]) -> str:
 
 
 def _string(opening: str) -> re.Pattern[str]:
-    """Build the pattern of a string; possessive, so that an unclosed one costs one look."""
+    """Build the pattern of a string. An apostrophe before a letter closes nothing."""
     closing = _CLOSING[opening]
-    inside = rf"[^\\\n{closing}]++|\\."
-    ends = f"[{closing}]"
+    plain, inside, ends = rf"[^\\\n{closing}]*+", r"\\.", f"[{closing}]"
     if closing[-1] in _APOSTROPHES:
         inside += rf"|{ends}(?=\w)"
-    return re.compile(rf"{re.escape(opening)}((?:{inside})*+){ends}")
+        ends += r"(?!\w)"
+    return re.compile(rf"{re.escape(opening)}({plain}(?:(?:{inside}){plain})*){ends}")
 
 
 _STRINGS = {opening: _string(opening) for opening in _CLOSING}
