@@ -2,6 +2,7 @@
 
     python3 tools/constraints.py            the newest versions that pyproject.toml allows
     python3 tools/constraints.py --check    only say what would move; exit code 1 if anything would
+    python3 tools/constraints.py --write    write the files, but do not start `.ci/run`
 
 Needs uv (`pip install uv`), which resolves for every platform and writes the hashes of all files of
 a release. The files hold versions and hashes, and no address they came from. After a renewal

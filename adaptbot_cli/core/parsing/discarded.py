@@ -5,7 +5,7 @@ import re
 _TAG = "(?:think|thinking|thought|reasoning)"
 _MARK = re.compile(
     rf"(?P<fence>^(?:[^\S\n]|>)*(?:(?:[-*+]|\d+[.)])[^\S\n]+)?(?:`{{3}}|~{{3}})[^`(\"\n]*$)"
-    rf"|(?P<string>[(,\[:=][^\S\n]*\"(?:[^\"\\\n]|\\.)*+\")"
+    rf"|(?P<string>[(,\[:=][^\S\n]*\"[^\"\\\n]*+(?:\\.[^\"\\\n]*+)*\")"
     rf"|(?P<open><{_TAG}>)|(?P<close></{_TAG}>)|(?P<comment><!--)"
     r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
     re.IGNORECASE | re.MULTILINE,
