@@ -25,6 +25,11 @@ def snack(home: Home, *more: str, **env: str) -> Iterator[Tty]:
         yield opened
 
 
+def runs(opened: Tty) -> bool:
+    """Tell whether it ended with a plan that can be executed, for a task that has no goal."""
+    return opened.ends() == 3 and "executable; no goal is known for this task" in opened.said
+
+
 def plan(*lines: str) -> str:
     return "\n".join(lines)
 
@@ -99,7 +104,7 @@ def test_a_new_action_is_put_together_from_what_it_changes_and_requires(home: Ho
             ("Is this what", "y"),
             KEEP,
         )
-        assert opened.ends() == 0
+        assert runs(opened)
     assert "changes: carrot: fried" in opened.said
     actions = (home.workspace / "kg/kitchen/actions.ttl").read_text(encoding="utf-8")
     assert "INSERT { ?obj ex:IsFried true }" in actions
@@ -121,7 +126,7 @@ def test_a_known_action_with_a_fixed_argument_is_taught(home: Home) -> None:
             ("Which state is it", "1"),
             KEEP,
         )
-        assert opened.ends() == 0
+        assert runs(opened)
     assert home.trailers()["Fact-1"] == [
         "+ switch calledAs switch_as_activate",
         "+ switch_as_activate alias activate",
@@ -157,7 +162,7 @@ def test_a_plan_is_changed_instead_of_answering(home: Home, kind: str) -> None:
         snack(home, "--replans", "0", **model.environment()) as opened,
     ):
         opened.answers((HOW.format("fly"), "e"), *dialogue)
-        assert opened.ends() == 0
+        assert runs(opened)
     assert edits(home) == [(kind, f"{wanted}\n")]
     assert replays(home)
 
@@ -201,7 +206,7 @@ def test_a_plan_is_looked_over_before_its_execution(home: Home, kind: str) -> No
         snack(home, "--edit", **model.environment()) as opened,
     ):
         opened.answers(*dialogue, ("Shall it change", "l"))
-        assert opened.ends() == 0
+        assert runs(opened)
     assert edits(home) == [(kind, f"{wanted}\n")]
     assert replays(home)
 
@@ -211,8 +216,8 @@ def test_a_plan_with_nothing_open_is_executed_without_a_prompt(home: Home) -> No
         scripted_model(CARROT) as model,
         snack(home, **model.environment()) as opened,
     ):
-        assert opened.ends() == 0
-    assert "?" not in opened.said.replace("?25", "")
+        assert runs(opened)
+    assert "Shall it change" not in opened.said and "How shall" not in opened.said
 
 
 def test_a_rejected_plan_goes_to_the_model_with_the_reason(home: Home) -> None:
@@ -225,7 +230,7 @@ def test_a_rejected_plan_goes_to_the_model_with_the_reason(home: Home) -> None:
             ("How shall", "x"),
             ("What is wrong", f"no flying in the kitchen{ENTER}"),
         )
-        assert opened.ends() == 0
+        assert runs(opened)
     assert "a person has rejected this plan: no flying in the kitchen" in model.prompts[-1]
     assert replays(home)
 
@@ -253,5 +258,5 @@ def test_a_call_that_cannot_be_read_stays_to_be_mended(home: Home, tmp_path: Pat
             ("becomes", f"{CTRL_U}do something nice{ENTER}{CTRL_U}clean(carrot){ENTER}"),
             ("Shall it change", "l"),
         )
-        assert opened.ends() == 0
+        assert runs(opened)
     assert edits(home)[0][1].splitlines()[0] == 'clean("carrot")'
