@@ -34,9 +34,9 @@ _CODEPOINT = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 def reaches_out(text: str) -> str:
     """Return the word by which a query or update would reach outside the graph, "" if none does.
 
-    Only a text with the letters of such a word, wherever they stand but in the name of a variable or
-    a term, can hold the clause; then it is parsed. A carriage return ends a comment for the engine and not for the parser: see
-    `one_newline`.
+    Only a text with the letters of such a word, wherever they stand but right behind the mark of a
+    variable or a prefix, can hold the clause; then it is parsed. A carriage return ends a comment
+    for the engine and not for the parser: see `one_newline`.
 
     Raises:
         ValueError: it has the letters and cannot be parsed, so that nothing is known of it.
