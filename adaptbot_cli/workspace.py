@@ -2,18 +2,19 @@
 
 import difflib
 import os
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from adaptbot_cli import bounded, trust
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
 
 CONFIG = "adaptbot.toml"
 _FIRST_CONFIG = """\
 # The settings of this workspace. Every one can be given on the command line as well.
+# Model, address and limits count once you have said `adaptbot trust`, until this file changes.
 
 # model = "ollama_chat/llama3.2"  # any litellm model name; without one the plan library is used
 # api_base = "http://127.0.0.1:8000/v1"   # of a server of your own
@@ -34,7 +35,10 @@ def _number(value: Any) -> bool:
 
 _SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "model": ("a text", lambda value: isinstance(value, str)),
-    "api_base": ("an address", lambda value: isinstance(value, str)),
+    "api_base": (
+        "an address such as http://127.0.0.1:8000/v1",
+        lambda value: isinstance(value, str) and value.startswith(("http://", "https://")),
+    ),
     "timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
     "max_tokens": ("a number of tokens", lambda value: type(value) is int and value > 0),
     "max_cost": ("an amount in US dollars", _number),
@@ -49,10 +53,16 @@ _IGNORED = "/transcripts/\n/.adaptbot/\n"
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """A workspace: `root`, and the settings of its adaptbot.toml."""
+    """A workspace: `root`, and the settings that hold in it: its adaptbot.toml's, then the user's.
+
+    `ignored` are those of its adaptbot.toml that the user has not trusted; `passed_over` are files
+    of other accounts that would have made another folder the workspace.
+    """
 
     root: Path
     settings: dict[str, Any] = field(default_factory=dict)
+    ignored: tuple[str, ...] = ()
+    passed_over: tuple[Path, ...] = ()
 
     @property
     def exists(self) -> bool:
@@ -61,11 +71,26 @@ class Workspace:
 
     @property
     def transcripts(self) -> Path:
-        """The folder with the transcripts of its runs."""
-        return self.root / "transcripts"
+        """The folder with the transcripts of its runs.
+
+        Raises:
+            KnowledgeError: it is a symbolic link: what that leads to is not the workspace's.
+        """
+        folder = self.root / "transcripts"
+        if folder.is_symlink():
+            raise KnowledgeError(
+                f"{folder} is a symbolic link, and links in a workspace are not followed; put the "
+                "folder itself there"
+            )
+        return folder
 
     def domains(self) -> list[str]:
         """The names of the domains to choose from: its own and the bundled ones."""
+        if (self.root / "kg").is_symlink():
+            raise KnowledgeError(
+                f"{self.root / 'kg'} is a symbolic link, and links in a workspace are not "
+                "followed; put the folder itself there"
+            )
         folders = [self.root / "kg", bundled("kg")]
         found = {p.parent.name for f in folders if f.is_dir() for p in f.glob("*/*.ttl")}
         return sorted(found)
@@ -83,7 +108,8 @@ class Workspace:
         """
         from adaptbot_cli.adapters.store.reading import read_files
 
-        return read_files(self.folder(domain))
+        folder = self.folder(domain)
+        return read_files(folder, self.root if folder.is_relative_to(self.root) else None)
 
     def folder(self, domain: str) -> Path:
         """Return where a domain's files are read from. Raises UsageError."""
@@ -119,23 +145,75 @@ class Workspace:
 
 
 def find(option: Path | None) -> Workspace:
-    """Find the workspace: --workspace, ADAPTBOT_WORKSPACE, the nearest adaptbot.toml above, or
-    the user's data folder.
+    """Find the workspace: --workspace, ADAPTBOT_WORKSPACE, the nearest adaptbot.toml above that
+    belongs to this account, or the user's data folder.
 
     Raises:
-        KnowledgeError: its adaptbot.toml is no valid TOML, or a setting cannot be meant.
+        KnowledgeError: its adaptbot.toml, or the user's own, is no valid TOML, or a setting cannot
+            be meant.
     """
-    root = option or _from_environment() or _above(Path.cwd()) or _user_folder()
-    return Workspace(root, _settings(root / CONFIG))
+    root, others = option or _from_environment(), list[Path]()
+    if root is None:
+        here = Path.cwd()
+        found = [p for p in (here, *here.parents) if (p / CONFIG).is_file()]
+        root = next((p for p in found if trust.is_ours(p / CONFIG)), None)
+        others = [p / CONFIG for p in found[: found.index(root) if root else None]]
+        root = root or _user_folder()
+        _refuse_another_owner(root)
+    settings, ignored = settings_of(root / CONFIG)
+    own, _ = settings_of(trust.own_settings_file(), own=True)
+    if os.environ.get("ADAPTBOT_MODEL"):
+        own.pop("model", None)
+    return Workspace(root, {**own, **settings}, tuple(ignored), tuple(others))
+
+
+def settings_of(path: Path, own: bool = False) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the settings of a file that hold, and those that are ignored for want of trust.
+
+    Raises:
+        KnowledgeError: it is no valid TOML, or a setting cannot be meant.
+    """
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return {}, {}
+    except OSError as error:
+        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
+    content = bounded.read_bytes(path, bounded.SETTINGS)
+    settings = _settings(path, content)
+    if own or trust.is_trusted(path, content):
+        return settings, {}
+    ignored = {name: settings.pop(name) for name in trust.GUARDED if name in settings}
+    return settings, ignored
+
+
+def _refuse_another_owner(root: Path) -> None:
+    """Make sure that a workspace that nobody has named is the user's own, as git does.
+
+    Raises:
+        KnowledgeError: it, its settings or its repository belong to somebody else.
+    """
+    if not hasattr(os, "geteuid"):
+        return
+    owners = {os.geteuid()}
+    if 0 in owners and os.environ.get("SUDO_UID", "").isdigit():
+        owners.add(int(os.environ["SUDO_UID"]))
+    git = next((p / ".git" for p in (root, *root.parents) if (p / ".git").exists()), None)
+    for path in (root, root / CONFIG, root / "kg", *([git] if git else [])):
+        try:
+            owner = path.lstat().st_uid
+        except OSError:
+            continue
+        if owner not in owners:
+            raise KnowledgeError(
+                f"{path} belongs to another user, so the workspace {root} is not used by itself; "
+                f"if you trust it, name it: --workspace {root}"
+            )
 
 
 def _from_environment() -> Path | None:
     named = os.environ.get("ADAPTBOT_WORKSPACE")
     return Path(named) if named else None
-
-
-def _above(start: Path) -> Path | None:
-    return next((p for p in (start, *start.parents) if (p / CONFIG).is_file()), None)
 
 
 def _user_folder() -> Path:
@@ -144,20 +222,14 @@ def _user_folder() -> Path:
     return user_data_path("adaptbot", appauthor=False)
 
 
-def _settings(path: Path) -> dict[str, Any]:
-    try:
-        settings = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return {}
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise KnowledgeError(f"{path} is no valid TOML: {error}") from error
+def _settings(path: Path, content: bytes) -> dict[str, Any]:
+    settings = bounded.parse_toml(content, path)
     for name in sorted(settings.keys() - _SETTINGS.keys()):
         raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
     for name, (kind, fits) in _SETTINGS.items():
         if name in settings and not fits(settings[name]):
-            raise KnowledgeError(f"{path}: {name} must be {kind}, not {settings[name]!r}")
+            called = "the API base" if name == "api_base" else name
+            raise KnowledgeError(f"{path}: {called} must be {kind}, not {settings[name]!r}")
     return settings
 
 

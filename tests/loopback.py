@@ -190,19 +190,37 @@ def a_page(to: Handler) -> None:
     to.give(200, "<html><body>Welcome to nginx!</body></html>")
 
 
-def calls_tools(*calls: tuple[str, Mapping[str, Any]]) -> Answer:
-    """Answer with tool calls instead of text, their arguments in two pieces."""
+def streams(*deltas: Mapping[str, Any]) -> Answer:
+    """Stream pieces of an answer as they are."""
 
     def answer(to: Handler) -> None:
         to.begin()
-        for index, (name, arguments) in enumerate(calls):
+        for delta in deltas:
+            to.event(delta)
+        to.event({}, "stop")
+        to.event({}, None, choices=[], usage=USAGE)
+        to.end()
+
+    return answer
+
+
+def calls_tools(*calls: tuple[str, Mapping[str, Any]], index: int | None = None) -> Answer:
+    """Answer with tool calls instead of text, their arguments in two pieces.
+
+    With `index`, all calls have the same one, as some servers send them.
+    """
+
+    def answer(to: Handler) -> None:
+        to.begin()
+        for number, (name, arguments) in enumerate(calls):
+            at = number if index is None else index
             told = json.dumps(arguments)
             first = {"name": name, "arguments": told[:5]}
             to.event({"tool_calls": [
-                {"index": index, "id": f"call_{index}", "type": "function", "function": first}
+                {"index": at, "id": f"call_{number}", "type": "function", "function": first}
             ]})  # fmt: skip
             rest = {"arguments": told[5:]}
-            to.event({"tool_calls": [{"index": index, "function": rest}]})
+            to.event({"tool_calls": [{"index": at, "function": rest}]})
         to.event({}, "tool_calls")
         to.event({}, None, choices=[], usage=USAGE)
         to.end()

@@ -10,13 +10,17 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.planner.library import nearest_plan
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.session import Request, build, check, load
 from adaptbot_cli.workspace import Workspace
+from tests.asking import task_for
 from tests.packs import EX, FALSE, HOUSEHOLD, KITCHEN, TRUE
 
 TASKS: Final[Mapping[str, set[str]]] = {
     "clean the bedroom_floor": {"mop_cloth"},
+    "clean the hallway_floor": {"mop_cloth"},
+    "clean the kitchen_floor": {"mop_cloth"},
+    "clean the living_room_floor": {"mop_cloth"},
+    "clean the washroom_floor": {"mop_cloth"},
     "dust the TV": {"mop_cloth"},
     "wash the clothes": {"washing_machine", "clothes", "detergent"},
     "wash the dishes": {"plate", "bowl"},
@@ -93,7 +97,7 @@ def test_the_actions_are_the_kitchens_with_iron_and_fold() -> None:
     assert HOUSEHOLD.action_names() == KITCHEN.action_names() | {"iron", "fold"}
 
 
-def test_the_task_list_is_the_papers() -> None:
+def test_the_task_list_is_the_papers_and_the_other_floors() -> None:
     assert {task: set(HOUSEHOLD.needs(task)) for task in HOUSEHOLD.tasks()} == TASKS
 
 

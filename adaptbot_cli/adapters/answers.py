@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from adaptbot_cli import bounded
 from adaptbot_cli.core.learning import Lesson, number_trouble
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.questions import (
@@ -20,7 +19,7 @@ from adaptbot_cli.core.questions import (
     Answer,
     Question,
 )
-from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.errors import UsageError
 
 
 def read_answers(path: Path) -> dict[str, dict[str, Any]]:
@@ -30,13 +29,14 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
         KnowledgeError: the file cannot be read.
         UsageError: it has another form.
     """
-    try:
-        told = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path} is no valid YAML: {error}") from error
-    if not isinstance(told, dict) or not all(isinstance(v, dict) for v in told.values()):
+    data = bounded.read_bytes(path, bounded.YAML, piped=True)
+    documents = bounded.parse_yaml(bounded.decode(data, path, UsageError), path)
+    told = documents[0] if documents else {}
+    if (
+        len(documents) > 1
+        or not isinstance(told, dict)
+        or not all(isinstance(v, dict) for v in told.values())
+    ):
         raise UsageError(f"{path} must hold answers by subject: `chives: {{existence: absent}}`")
     return {normal(str(subject)): answers for subject, answers in told.items()}
 

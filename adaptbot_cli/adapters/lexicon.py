@@ -10,23 +10,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final, NamedTuple, Protocol, get_args
 
-from adaptbot_cli.core.words import Related, Relation
+from adaptbot_cli.core.words import NoLexicon, Related, Relation, Sense
 from adaptbot_cli.errors import LexiconError
 from adaptbot_cli.wordnet.build import CHECKSUMS, OMITTED_FIELD, TARGET
 
 MAX_HYPERNYM: Final = 3
 MAX_HYPONYM: Final = 2
+__all__ = ["NoLexicon", "WordNet"]
+
 REMEDY: Final = "Install adaptbot-cli again to restore its WordNet."
 POS: Final = ("n", "v")
 RELATIONS: Final[tuple[Relation, ...]] = get_args(Relation)
-
-
-class NoLexicon:
-    """A lexicon without words."""
-
-    def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
-        """Return nothing, whatever the word."""
-        return ()
 
 
 class WordNet:
@@ -38,6 +32,11 @@ class WordNet:
     def __init__(self, folder: Path = TARGET) -> None:
         """Use the files in `folder`, as `adaptbot_cli.wordnet.build` writes them."""
         self._folder = folder
+
+    def senses(self, word: str) -> tuple[Sense, ...]:
+        """Return the noun and verb senses of a word. Raises LexiconError as `related` does."""
+        found = (Sense(sense.form, sense.synset.lexname()) for sense in self._senses(word))
+        return tuple(dict.fromkeys(found))
 
     def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
         """Return the words related to `word`: synonyms, hypernyms to distance 3, hyponyms to 2.

@@ -12,6 +12,7 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     KgOption,
     RequiresOption,
+    WithoutOption,
     WorkspaceOption,
     console,
     domain_name,
@@ -29,21 +30,28 @@ def check(
     domain: DomainOption = None,
     kg: KgOption = None,
     requires: RequiresOption = None,
+    without: WithoutOption = None,
     task: Annotated[
         str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
     ] = "",
+    no_repair: Annotated[
+        bool,
+        typer.Option(
+            "--no-repair", help="Judge the plan as it is: put nothing in, leave none out."
+        ),
+    ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check a plan against this home: what does not fit, and what would mend it."""
     from adaptbot_cli import session
-    from adaptbot_cli.core.tasks import task_for
 
     home = workspace(workspace_dir)
     text = read_plan(plan)
     started = time.monotonic()
     graph = session.load(home, domain_name(domain, home), kg or ())
-    result = session.check(text, task_for(task, graph, items(requires)), graph)
+    wanted, banned = items(requires), items(without)
+    result = session.check_request(text, task, home, graph, wanted, banned, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 
@@ -53,12 +61,13 @@ def check(
     else:
         from adaptbot_cli.adapters.display import Screen
 
-        Screen(console(), graph, result.report.task).finish(result, None)
+        Screen(console(), graph).finish(result, None)
     return exit_code(result)
 
 
 def read_plan(name: str) -> str:
     """Read a plan's text from a file or stdin; bytes that are no UTF-8 are shown as such."""
+    from adaptbot_cli import bounded
     from adaptbot_cli.errors import UsageError
 
     if not name:
@@ -66,8 +75,11 @@ def read_plan(name: str) -> str:
     if name == "-":
         if sys.stdin is None:
             raise UsageError("cannot read the plan from stdin: it is closed")
-        return sys.stdin.buffer.read().decode("utf-8", errors="replace")
-    try:
-        return Path(name).read_bytes().decode("utf-8", errors="replace")
-    except OSError as error:
-        raise UsageError(f"cannot read the plan {name}: {error.strerror}") from error
+        data = sys.stdin.buffer.read(bounded.PLAN + 1)
+    else:
+        data = bounded.read_bytes(Path(name), bounded.PLAN, UsageError, piped=True)
+    if len(data) > bounded.PLAN:
+        raise UsageError(
+            "the plan has more than two million characters: so long a text is not read"
+        )
+    return data.decode("utf-8", errors="replace")

@@ -26,6 +26,10 @@ RequiresOption = Annotated[
     str | None,
     typer.Option("--requires", metavar="A,B,C", help="Items that the result must use."),
 ]
+WithoutOption = Annotated[
+    str | None,
+    typer.Option("--without", metavar="A,B,C", help="What must not be used, whatever the request."),
+]
 KgOption = Annotated[
     list[Path] | None,
     typer.Option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
@@ -51,7 +55,26 @@ def workspace(option: Path | None) -> "Workspace":
     """Find the workspace that an option, the environment or the folder names."""
     from adaptbot_cli.workspace import find
 
-    return find(option)
+    found = find(option)
+    for path in found.passed_over:
+        note(f"{path} belongs to another account: not used without --workspace {path.parent}")
+    return found
+
+
+def note(told: str) -> None:
+    """Print a line on stderr that the person should know of."""
+    from rich.text import Text
+
+    from adaptbot_cli.core.visible import visible
+
+    console(stderr=True).print(Text(f"! {visible(told)}", "yellow"), soft_wrap=True)
+
+
+def note_ignored(home: "Workspace") -> None:
+    """Say which settings of the workspace are not obeyed, if there are any."""
+    if home.ignored:
+        told = ", ".join(home.ignored)
+        note(f"{home.root / 'adaptbot.toml'}: {told} ignored until you say `adaptbot trust`")
 
 
 def domain_name(option: str | None, home: "Workspace") -> str:
@@ -74,6 +97,7 @@ def opened(
     from adaptbot_cli.adapters.planner.choice import choose
 
     home.folder(domain)
+    note_ignored(home)
     chosen = choose(model, home.settings, os.environ, api_base, said_by)
     show_opening(screen, task, domain, chosen.name, chosen.why)
     if chosen.model is not None:
@@ -121,5 +145,17 @@ def print_json(value: Any) -> None:
     if sys.stdout is None:
         return
     utf8 = (sys.stdout.encoding or "utf-8").lower().replace("-", "") == "utf8"
-    sys.stdout.write(json.dumps(value, ensure_ascii=not utf8, indent=2) + "\n")
+    sys.stdout.write(escaped(json.dumps(value, ensure_ascii=not utf8, indent=2)) + "\n")
     sys.stdout.flush()
+
+
+def escaped(json_text: str) -> str:
+    """Return JSON with every character escaped that a terminal could act on or hide."""
+    import json
+    import re
+
+    def escape(match: "re.Match[str]") -> str:
+        char = match[0]
+        return char if char.isprintable() else json.dumps(char)[1:-1]
+
+    return re.sub(r"[^\n\x20-\x7e]", escape, json_text)

@@ -108,13 +108,31 @@ def _workspace(option: Path | None) -> Iterator[Check]:
         yield Check("workspace", "hint", f"{home.root} is read-only", "nothing can be learned here")
     else:
         yield Check("workspace", "ok", str(home.root))
-    if (home.root / ".git").exists():
-        from adaptbot_cli.adapters.store.history import head
-
-        revision = head(home.root)
-        yield Check("git", "ok", f"at {revision[:10]}" if revision else "no commit yet")
+    for path in home.passed_over:
+        told = f"{path} belongs to another account and is not used"
+        yield Check("workspace", "hint", told, f"--workspace {path.parent} uses it")
+    if home.ignored:
+        told = f"{', '.join(home.ignored)} of its adaptbot.toml ignored"
+        yield Check("settings", "hint", told, "look at them, then: adaptbot trust")
+    yield from _guarded("git", lambda: _git(home))
     for name in home.domains():
         yield from _guarded(f"domain {name}", partial(_domain, home, name))
+
+
+def _git(home: "Workspace") -> Iterator[Check]:
+    """How the repository is: what damages it, what a kill has left, what no commit could get by."""
+    from adaptbot_cli.adapters.store.git import Repo
+
+    repo = Repo.open(home.root) if home.root.is_dir() else None
+    if repo is None:
+        return
+    head = repo.head()
+    yield Check("git", "ok", f"at {head[:10]}" if head else "no commit yet")
+    for found, remedy in repo.problems():
+        yield Check("git", "hint", found, remedy)
+    if (home.root / ".adaptbot").exists():
+        told = f"{home.root / '.adaptbot'} is of an earlier version, and not read"
+        yield Check("old state", "hint", told, "remove it")
 
 
 def _domain(home: "Workspace", name: str) -> Iterator[Check]:

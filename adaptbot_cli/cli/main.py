@@ -1,6 +1,7 @@
 """The command `adaptbot`: its subcommands, and how errors reach the person."""
 
 import io
+import logging
 import os
 import sys
 from typing import Annotated, Any
@@ -9,9 +10,20 @@ import typer
 from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import check, doctor, domain, kg, pending, progress, replay, resume, run
+from adaptbot_cli.cli import (
+    check,
+    doctor,
+    domain,
+    kg,
+    pending,
+    progress,
+    replay,
+    resume,
+    run,
+    trust,
+)
 from adaptbot_cli.cli import eval as evaluate
-from adaptbot_cli.errors import AdaptbotError, Interrupted
+from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError
 
 
 class _Commands(TyperGroup):
@@ -41,6 +53,7 @@ app.command("replay")(replay.replay)
 app.command("doctor")(doctor.doctor)
 app.command("progress")(progress.progress)
 app.command("resume")(resume.resume)
+app.command("trust")(trust.trust)
 app.add_typer(pending.app, name="pending")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")
@@ -69,6 +82,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console that has no ✓ shows a ?
+    logging.getLogger("rdflib.term").disabled = True  # it warns with a traceback of odd values
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     debug = len(arguments) < len(sys.argv) - 1
     try:
@@ -80,6 +94,12 @@ def main() -> None:
             raise
         _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
         raise SystemExit(error.exit_code) from None
+    except (RecursionError, MemoryError):
+        # The readers are bounded; what is within their limits and still too much ends here.
+        if debug:
+            raise
+        _say("error: what was read is too large or nested too deep to be worked out")
+        raise SystemExit(KnowledgeError.exit_code) from None
     except OSError as error:
         # What a command reads or writes for itself says so; what is left is the output.
         if debug:

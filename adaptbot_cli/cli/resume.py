@@ -12,6 +12,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     domain_name,
+    note,
     opened,
     workspace,
 )
@@ -46,19 +47,27 @@ def resume(
     domain = domain_name(_text(header, "domain") or None, home)
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
-    model, base = _text(header, "model") or None, _text(header, "api_base") or None
+    told = session.guarded(header)
+    own = session.is_own(path, header)
+    if not own:
+        its = ", ".join(["answers", *told])
+        note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
+        told = {"model": "library"} if told.get("model") == "library" else {}
+    model, base = _text(told, "model") or None, _text(told, "api_base") or None
     chosen = opened(screen, home, _text(header, "task"), domain, model, base, _ORIGIN)
+    limits = {**home.settings, **told} if not own else told
     request = session.Request(
         task=_text(header, "task"),
         domain=domain,
         chosen=chosen,
         policy=header.get("policy", "tutor"),
-        replans=header.get("replans", 3),
+        replans=min(header.get("replans", 3), 20),
         requires=tuple(header.get("requires") or ()),
-        apply=header.get("apply") is True,
-        timeout=timeout if timeout is not None else header.get("timeout"),
-        max_tokens=max_tokens if max_tokens is not None else header.get("max_tokens"),
-        max_cost=max_cost if max_cost is not None else header.get("max_cost"),
+        without=tuple(header.get("without") or ()),
+        apply=own and header.get("apply") is True,
+        timeout=timeout if timeout is not None else limits.get("timeout"),
+        max_tokens=max_tokens if max_tokens is not None else limits.get("max_tokens"),
+        max_cost=max_cost if max_cost is not None else limits.get("max_cost"),
         temperature=header.get("temperature", 0.0),
         seed=header.get("seed", 0),
         full=header.get("full") is True,

@@ -16,6 +16,7 @@ from adaptbot_cli.cli.common import (
     MaxTokensOption,
     RequiresOption,
     TimeoutOption,
+    WithoutOption,
     WorkspaceOption,
     console,
     domain_name,
@@ -73,6 +74,7 @@ def run(
         Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
     ] = None,
     requires: RequiresOption = None,
+    without: WithoutOption = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing.")] = False,
     apply: Annotated[
         bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
@@ -87,6 +89,7 @@ def run(
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Let --record write over a file.")] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -96,6 +99,8 @@ def run(
     asked = " ".join(task)
     if not asked.strip():
         raise UsageError('say what to do: adaptbot run "make omelette"')
+    if record is not None and record.is_file() and not force:
+        raise UsageError(f"{record} is there already; --force writes over it")
     home = workspace(workspace_dir)
     settings, named = home.settings, domain_name(domain, home)
     screen = console(stderr=json)
@@ -109,6 +114,7 @@ def run(
         policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
         replans=replans if replans is not None else settings.get("replans", 3),
         requires=items(requires),
+        without=items(without),
         ask=not no_human,
         answers=answers,
         dry_run=dry_run,

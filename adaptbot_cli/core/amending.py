@@ -7,6 +7,7 @@ from typing import Any, Literal
 from adaptbot_cli.core import resolve
 from adaptbot_cli.core.editing import Edit, edited, rejection
 from adaptbot_cli.core.examine import lost_items
+from adaptbot_cli.core.findings import OF_THE_REQUEST
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, sentence_list
 from adaptbot_cli.core.plan import Finding
@@ -53,7 +54,8 @@ def _become(run: Run, report: Report, text: str) -> Reported:
 def unsolved(run: Run, report: Report) -> bool:
     """Tell whether findings are open about anything but what the person has put off."""
     later = {q.about for q, answer in run.asked.values() if answer.value == LATER.value}
-    return any(normal(f.subject) not in later | run.scene.aside for f in report.open)
+    plan = (f for f in report.open if f.code not in OF_THE_REQUEST)
+    return any(normal(f.subject) not in later | run.scene.aside for f in plan)
 
 
 def still_open(run: Run, report: Report) -> tuple[Finding, ...]:
@@ -64,6 +66,8 @@ def still_open(run: Run, report: Report) -> tuple[Finding, ...]:
 
     def lacks(f: Finding) -> bool:
         unknown = f.code == "E201" and run.policy == "tutor"
+        if f.code in OF_THE_REQUEST or (f.code == "E505" and f.step is None):
+            return True
         return run.scene.requires(f.subject) and (unknown or is_absent(run.kg, f.subject, "item"))
 
     return tuple(

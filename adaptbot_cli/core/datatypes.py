@@ -30,8 +30,11 @@ WRITTEN: tuple[URIRef, ...] = (XSD.boolean, *NUMBERS, XSD.string)
 
 
 def is_value(value: Node, datatype: URIRef) -> bool:
-    """Tell whether a term is a value of a datatype; a whole number is a decimal too."""
-    if not isinstance(value, Literal) or value.language or value.ill_typed:
+    """Tell whether a term is a value of a datatype; a whole number is a decimal too, and a text in
+    a language is a text."""
+    if not isinstance(value, Literal) or value.ill_typed:
         return False
+    if value.language:
+        return datatype == XSD.string
     is_decimal = datatype == XSD.decimal and value.datatype == XSD.integer
     return is_decimal or (value.datatype or XSD.string) == datatype

@@ -9,7 +9,7 @@ from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.tasks import listed
+from adaptbot_cli.core.request import listed
 from adaptbot_cli.core.terms import local
 
 _SPACE = re.compile(r"\s+")

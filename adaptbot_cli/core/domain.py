@@ -1,12 +1,13 @@
 """A domain as a value: classes, properties, actions, tasks, goals (docs/domains.md)."""
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from rdflib import URIRef
+from rdflib import URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.plan import Goal, Task
+from adaptbot_cli.core.plan import Constraint, Goal, Task
 from adaptbot_cli.core.terms import Triple
 
 
@@ -71,7 +72,7 @@ class Parameter:
     one that gives what is meant by a thing ?given that will not do, `instead_means` says how;
     `words` are the words that stand for a value, such as "on" for true; `units` the words that a
     number may carry, with what they multiply it by; `of_product` a SELECT of what is meant where
-    the plan names what it makes.
+    the plan names what it makes; `prepositions` are the words that mark it in a phrase.
     """
 
     name: str
@@ -85,6 +86,7 @@ class Parameter:
     words: Mapping[str, Node] = field(default_factory=dict)
     units: Mapping[str, float] = field(default_factory=dict)
     of_product: str = ""
+    prepositions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +177,9 @@ class Action:
 class Domain:
     """Everything that the tool knows of a domain before it looks at the facts.
 
-    `aliases` are the names under which recordings of experiments know it.
+    `aliases` are the names under which recordings of experiments know it. `task_classes` are kinds
+    of tasks that are not listed one by one, by name, with the goals that they share; `constraints`
+    the diets and allergens; `servings` is a SELECT of what has been served when a plan has run.
     """
 
     iri: URIRef
@@ -197,6 +201,9 @@ class Domain:
     goals: tuple[Goal, ...]
     advice: tuple[Goal, ...]
     aliases: tuple[str, ...] = ()
+    task_classes: Mapping[str, Task] = field(default_factory=dict)
+    constraints: tuple[Constraint, ...] = ()
+    servings: str = ""
 
     @property
     def teachable(self) -> tuple[Kind, ...]:
@@ -220,3 +227,31 @@ class Domain:
         """The predicates that give things their names."""
         found = {k.name_property for k in self.kinds.values() if k.name_property is not None}
         return tuple(sorted(found))
+
+
+class ActionIndex:
+    """The actions of a domain by the predicates that their effects change."""
+
+    def __init__(self, actions: Iterable[Action]) -> None:
+        """Enter every action that has an effect, in the domain's order."""
+        self._by: defaultdict[URIRef, list[tuple[int, Action]]] = defaultdict(list)
+        for order, action in enumerate(actions):
+            for predicate in action.effect.predicates if action.effect else ():
+                self._by[predicate].append((order, action))
+
+    def touching(self, predicates: Iterable[URIRef], things: frozenset[Node]) -> list[Action]:
+        """Return the actions that change one of some predicates of what may be some things."""
+        found = {order: a for p in predicates for order, a in self._by.get(p, ())}
+        wanted = frozenset(predicates)
+        return [found[order] for order in sorted(found) if _may(found[order], wanted, things)]
+
+
+def _may(action: Action, predicates: frozenset[URIRef], things: frozenset[Node]) -> bool:
+    """Whether an effect has a triple of some predicates whose constants are among some things."""
+    effect = action.effect
+    triples = (*effect.deletes, *effect.inserts) if effect else ()
+    return any(
+        (isinstance(p, Variable) or p in predicates)
+        and all(not isinstance(node, URIRef) or node in things for node in (s, o))
+        for s, p, o in triples
+    )

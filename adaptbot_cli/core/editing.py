@@ -37,7 +37,7 @@ class Line:
     call: Call
 
 
-def lines(report: Report, parsed: Parsed) -> list[Line]:
+def lines(report: Report) -> list[Line]:
     """Return the calls that a plan writes, each as it is written, with the numbers of their steps.
 
     A call that stands for several is those several. Inserted steps are not among them: a check
@@ -48,7 +48,7 @@ def lines(report: Report, parsed: Parsed) -> list[Line]:
     for number, step in numbered:
         alone = sum(other.place == step.place for _, other in numbered) == 1
         written = alone and step.place is not None
-        found.append(Line(number, parsed.calls[step.place or 0].call if written else step.call))
+        found.append(Line(number, report.written[step.place or 0].call if written else step.call))
     return found
 
 
@@ -58,7 +58,7 @@ def edited(edit: Edit, report: Report, parse: Callable[[str], Parsed]) -> str:
     Raises:
         UsageError: there is no such step to edit, or the text is no call.
     """
-    there = lines(report, parse(report.text))
+    there = lines(report)
     calls = [line.call for line in there]
     if edit.kind == "insert":
         at = _before(edit.step, there, report)

@@ -10,9 +10,9 @@ from adaptbot_cli.core.arguments import in_order
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.names import normal, words
-from adaptbot_cli.core.plan import Call, Finding, Parsed
-from adaptbot_cli.core.rehearse import MOST_ROWS, Aim, Repair, all_hold, complete, holds
+from adaptbot_cli.core.names import normal, singulars, words
+from adaptbot_cli.core.plan import Call, Finding, Parsed, Task
+from adaptbot_cli.core.rehearse import MOST_ROWS, Aim, aim, all_hold, complete, holds
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.resolve import action
 from adaptbot_cli.core.scene import Scene
@@ -40,16 +40,24 @@ def words_to_look_up(calls: Iterable[Call], scene: Scene) -> tuple[set[str], set
     return items - known, actions - known
 
 
+def names_to_look_up(unknown: Iterable[str], scene: Scene) -> set[str]:
+    """Return the names of things that related words lead to, to see whether they lead back."""
+    near = {w.word for word in unknown for w in scene.known.get(word, ()) if w.distance <= 1}
+    found = {normal(scene.kg.name(entity)) for word in near for entity in scene.kg.find(word)}
+    return found - set(scene.known)
+
+
 def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     """Check, refine and repair a plan on the graph, which is left as it was.
 
     Every finding of the plan is reported at once, each once. State conditions are only checked
     where everything before them about the same things could be understood.
     """
+    text_calls = parsed.calls
     parsed = in_order(parsed, scene)
     calls = [written.call for written in parsed.calls]
     scene.notice(calls)
-    walk = Walk(scene.kg)
+    walk = Walk(scene.kg, scene.repair, _needed(calls, scene), bars=scene.bars)
     with scene.kg.rehearsal():
         before = _spoilers(scene)
         for place, written in enumerate(parsed.calls):
@@ -62,15 +70,19 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
                 if meant.change is not None:
                     sound = replace(sound, changes=(meant.change, *sound.changes))
                 later = islice(calls, place + 1, None)
-                walk.take(written, sound, _pointless(sound, later, walk, scene))
+                why = _pointless(sound, later, walk, scene) if scene.repair else ""
+                walk.take(written, sound, why)
         _put_right(walk, before, scene)
-        _reach_goals(walk, scene)
+        if scene.repair:
+            _reach_goals(walk, scene)
         checked = parsed.calls and not walk.tainted
         unmet, missing = check_goal(scene) if checked else ((), ())
+        walk.findings += _slipped_in(walk, scene)
     absent = _unused(walk.bounds, parsed, scene)
     seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
-    findings = (*parsed.findings, *_once(walk.findings), *absent, *unmet)
+    asked = _of_the_request(scene)
+    findings = (*asked, *parsed.findings, *_once(walk.findings), *absent, *unmet)
     return Report(
         task=scene.task,
         text=text,
@@ -79,7 +91,57 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         bounds=tuple(walk.bounds),
         deltas=tuple(walk.deltas),
         missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
+        written=text_calls,
     )
+
+
+def _of_the_request(scene: Scene) -> Iterable[Finding]:
+    """What the request itself leaves open: words not understood, what it asks for and excludes."""
+    task = scene.task
+    for phrase in task.unread:
+        yield Finding("W604", f"{phrase}: these words of the request are not understood", phrase)
+    if task.thin:
+        message = f'no goal is known for "{task.name}": that it can be executed is all I can tell'
+        yield Finding("W606", message, task.name)
+    for name in (*task.required, *(name for name in task.excluded if _in_name(name, task))):
+        why = scene.excludes(name)
+        if why:
+            yield Finding("E505", f"{name} is asked for, and {why}", name)
+
+
+def _in_name(name: str, task: Task) -> bool:
+    """Whether a task is named after something: a lime tea without lime is none."""
+    return set(words(name)) <= {
+        part for word in words(task.name) for part in (word, *singulars(word))
+    }
+
+
+def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
+    """The steps that deal with something excluded without naming it: by default, in a vessel."""
+    if not scene.task.barred and not scene.task.rules:
+        return
+    found = {f.step for f in walk.findings if f.code == "E505"}
+    for n, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
+        used = {*(bound.values.values() if bound else ())}
+        used |= {node for s, _, o in delta.added for node in (s, o)}
+        things = sorted(filter(None, {scene.excluded(node) for node in used}))
+        if things and n not in found:
+            yield Finding("E505", things[0], walk.steps[n - 1].call.action, step=n)
+
+
+def _needed(calls: Sequence[Call], scene: Scene) -> dict[tuple[Node | None, Node], int]:
+    """The last place at which a step needs a predicate of a thing that it names; of None, where it
+    does not name all that it is done with."""
+    needed: dict[tuple[Node | None, Node], int] = {}
+    for place, call in enumerate(calls):
+        known = action(call.action, scene).action
+        if known is None:
+            continue
+        named: list[Node | None] = [entity for arg in call.args for entity in scene.kg.find(arg)]
+        things = [*named, *([None] if len(call.args) < len(known.parameters) else [])]
+        predicates = {p for condition in known.conditions for p in condition.predicates}
+        needed |= {(thing, predicate): place for thing in things for predicate in predicates}
+    return needed
 
 
 def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:
@@ -177,21 +239,25 @@ def _spoilers(scene: Scene) -> set[tuple[int, Node]]:
 
 
 def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
-    """Undo at the end what the plan leaves in the wrong state, or warn of it."""
+    """Undo at the end what the plan leaves in the wrong state, or warn of it.
+
+    A goal that is met is not given up for that.
+    """
+    goals = [
+        (aim(scene.kg, goal.query, {}), goal.message)
+        for goal in (*scene.domain.goals, *scene.task.goals)
+        if not goal.classes and scene.kg.ask(goal.query, {"agent": scene.domain.agent})
+    ]
     for n, node in sorted(_spoilers(scene) - before):
         goal = scene.domain.advice[n]
         message = goal.message.format(item=scene.kg.name(node))
-        aim = Aim(
+        right = Aim(
             lambda n=n, node=node: (n, node) not in _spoilers(scene),  # type: ignore[misc]
             mentions(goal.query),
             {"item": node},
         )
-        mark = walk.kg.mark
-        inserted = Repair(walk.kg).achieve(aim)
-        if inserted is None:
+        if not walk.achieve([(right, message), *goals]):
             walk.findings.append(Finding("W601", message, scene.kg.name(node)))
-        else:
-            walk.insert(inserted, message, mark)
 
 
 def _reach_goals(walk: Walk, scene: Scene) -> None:
@@ -201,11 +267,7 @@ def _reach_goals(walk: Walk, scene: Scene) -> None:
         if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
             continue
         for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
-            aim = Aim(lambda q=goal.query: scene.kg.ask(q, agent), mentions(goal.query), row)  # type: ignore[misc]
-            mark = walk.kg.mark
-            inserted = Repair(walk.kg).achieve(aim)
-            if inserted is not None:
-                walk.insert(inserted, goal.message, mark)
+            if walk.achieve([(aim(scene.kg, goal.query, agent, row), goal.message)]):
                 break
 
 

@@ -1,9 +1,10 @@
 """A plan carried out on a copy of G_s, and whether its goal is met then (Algorithm 1, execute)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from rdflib import URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
@@ -12,6 +13,7 @@ from adaptbot_cli.core.rehearse import holds, perform
 from adaptbot_cli.core.report import Bound, Outcome, Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.static import sentence
+from adaptbot_cli.core.terms import TRUE
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,44 @@ def check_goal(scene: Scene) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
         for name, finding in _goal(goal, scene.task, scene.kg):
             findings.append(finding)
             missing += [name] if name else []
+    findings += _asked(scene.task, scene.kg)
     return tuple(findings), tuple(dict.fromkeys(missing))
+
+
+def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
+    """What the words of the request ask for besides, and what does not hold."""
+    for content, vessel in task.inside:
+        if not any(_within(e, place, kg) for e in kg.find(content) for place in kg.find(vessel)):
+            yield Finding("E503", f"there is no {content} in the {vessel}", content)
+    for name, prop in task.states:
+        if not any((entity, prop, TRUE) in kg.facts for entity in kg.find(name)):
+            label = kg.domain.properties[prop].label
+            yield Finding("E503", f"{name} is not {label}", name)
+    if task.place and not any(goal.places for goal in task.goals):
+        things = [e for name in task.required if name != task.place for e in kg.find(name)[:1]]
+        there = kg.find(task.place)
+        found = [_within(e, place, kg) for e in things for place in there]
+        if not any(found) or (not kg.domain.products and sum(found) < len(things)):
+            yield Finding("E503", f"what was asked for is not at {task.place}", task.place)
+    if task.amount > 1:
+        rows = kg.rows(kg.domain.servings, {}) if kg.domain.servings else []
+        served = len({row["vessel"] for row in rows})
+        if served < task.amount:
+            made = f"the plan makes {served}" if served else "no plan counts what it makes"
+            yield Finding("E506", f"{task.amount} are asked for, and {made}", str(task.amount))
+
+
+def _within(thing: Node, place: Node, kg: Kg) -> bool:
+    """Whether a thing is in or on a place, or in something that is."""
+    at, seen = [thing], {thing}
+    while at:
+        node = at.pop()
+        on = {o for prop in kg.domain.locations for o in kg.facts.objects(node, prop)} - seen
+        if place in on:
+            return True
+        seen |= on
+        at += sorted(on, key=str)
+    return False
 
 
 def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
@@ -63,7 +102,15 @@ def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
             yield "", Finding("E503", goal.message)
         return
     classes = [URIRef(iri) for iri in goal.classes]
+    places: list[Mapping[str, Node]] = [{}]
+    if goal.places:
+        named = [{"place": place} for place in kg.find(task.place)] if task.place else []
+        places = (
+            [*named] if task.place else [{"place": r["place"]} for r in kg.rows(goal.places, {})]
+        )
     for name in task.required:
         found = [e for e in kg.find(name) if kg.is_a(e, classes)]
-        if found and not any(kg.ask(goal.query, {"item": e}) for e in found):
+        if goal.places and name == task.place:
+            continue
+        if found and not any(kg.ask(goal.query, {"item": e, **p}) for e in found for p in places):
             yield name, Finding("E503", goal.message.format(item=name), name)

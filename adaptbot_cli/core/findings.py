@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from adaptbot_cli.core.plan import Finding
+
 
 @dataclass(frozen=True, slots=True)
 class Code:
@@ -34,9 +36,27 @@ CODES: dict[str, Code] = {
     "E502": Code("required item lost by a new plan", blocks=False),
     "E503": Code("goal not met", blocks=False),
     "E504": Code("rejected by the person", blocks=False),
+    "E505": Code("something that the request excludes"),
+    "E506": Code("an amount that the plan does not serve", blocks=False),
     "W601": Code("something is left in the wrong state", blocks=False, open=False),
     "W602": Code("runs, but misses its point", blocks=False, open=False),
     "W603": Code("a step that cannot be done is not needed", blocks=False, open=False),
+    "W604": Code("words of the request are not understood", blocks=False),
+    "W605": Code("a missing step undoes an earlier one", blocks=False, open=False),
+    "W606": Code("no goal is known for the task", blocks=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
-its goal; W: it runs."""
+its goal; W: it runs. W604 and W606 are open until a person has said what is meant."""
+
+OF_THE_REQUEST = frozenset({"W604", "W606"})
+"""The codes of what only a person can mend: no other plan would."""
+
+
+def blocks(finding: Finding) -> bool:
+    """Tell whether a finding keeps the plan from being executed."""
+    return finding.blocking or CODES[finding.code].blocks
+
+
+def is_open(finding: Finding) -> bool:
+    """Tell whether a finding stays until the plan or the knowledge changes."""
+    return finding.blocking or CODES[finding.code].open

@@ -1,6 +1,6 @@
 """The knowledge graph of this home: G_k and G_s (paper, III-A), asked by SPARQL."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
@@ -12,9 +12,10 @@ from rdflib import RDF, RDFS, Dataset, Graph, URIRef, Variable
 from rdflib.namespace import NamespaceManager
 from rdflib.term import Identifier, Node
 
+from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, Line
-from adaptbot_cli.core.domain import Domain, Effect, Kind
-from adaptbot_cli.core.names import Spellings, variants, without_s
+from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
+from adaptbot_cli.core.names import Spellings, folded, variants, without_s, words
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import (
     AB,
@@ -23,6 +24,7 @@ from adaptbot_cli.core.terms import (
     STATES,
     Triple,
     local,
+    node_of,
     term_of,
     triple_of,
 )
@@ -32,6 +34,9 @@ _SIZE = f"""
       VALUES ?graph {{ <{ATTRIBUTES}> <{STATES}> }}
       GRAPH ?graph {{ ?s ?p ?o . FILTER(!STRSTARTS(STR(?p), "{AB}")) }}
     }}"""
+
+MOST_VALUES = 5
+"""How many values of a default are looked at."""
 
 Bindings = Mapping[str, Node]
 Asked = tuple[int, str, tuple[tuple[str, Identifier], ...]]
@@ -47,6 +52,9 @@ class _Known:
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
+    heads: dict[str, tuple[URIRef, ...]] | None = None
+    folded: dict[str, tuple[URIRef, ...]] | None = None
+    tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
     size: tuple[int, int] | None = None
 
@@ -72,6 +80,8 @@ class Kg:
     _depth: int = 0
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
+    _values: dict[tuple[str, Asked], tuple[Node, ...]] = field(default_factory=dict)
+    _index: ActionIndex | None = None
 
     def __post_init__(self) -> None:
         self._line = Line(self._write)
@@ -145,17 +155,55 @@ class Kg:
         """Answer a query; what was asked in this very state before is not asked again."""
         key = self._asked(query, bindings)
         if key not in self._answers:
-            result = self.facts.query(query, initBindings=dict(key[2]))
-            if result.type == "ASK":
-                self._answers[key] = bool(result.askAnswer)
-            else:
-                rows = [{str(k): v for k, v in row.items()} for row in result.bindings]
-                self._answers[key] = rows
+            self._answers[key] = within(lambda: self._evaluated(key), _told(query))
         return self._answers[key]
+
+    def _evaluated(self, asked: Asked) -> Any:
+        result = self._evaluate(asked)
+        return bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
+
+    def _evaluate(self, asked: Asked) -> Any:
+        """Ask the engine; the solutions of a SELECT are those of the state at this moment."""
+        self._line.settle()
+        given = {pyoxigraph.Variable(name): term_of(value) for name, value in asked[2]}
+        return self.engine.query(asked[1], use_default_graph_as_union=True, substitutions=given)
 
     def first(self, query: str, name: str, bindings: Bindings) -> Node | None:
         """Return the value of `name` in the first solution of a SELECT, if there is one."""
-        return next((row[name] for row in self.rows(query, bindings) if name in row), None)
+        return next(iter(self.values(query, name, bindings)), None)
+
+    def values(self, query: str, name: str, bindings: Bindings) -> tuple[Node, ...]:
+        """Return the first values of `name` in the solutions of a SELECT, each once.
+
+        No more rows are fetched than that takes.
+        """
+        key = self._asked(query, bindings)
+        if (name, key) not in self._values:
+            self._values[name, key] = within(lambda: self._first_values(key, name), _told(query))
+        return self._values[name, key]
+
+    def _first_values(self, asked: Asked, name: str) -> tuple[Node, ...]:
+        found: dict[Node, None] = {}
+        for row in _rows(self._evaluate(asked)):
+            found |= {row[name]: None} if name in row else {}
+            if len(found) == MOST_VALUES:
+                break
+        return tuple(found)
+
+    @property
+    def index(self) -> ActionIndex:
+        """The domain's actions by what their effects change."""
+        if self._index is None:
+            self._index = ActionIndex(self.domain.actions.values())
+        return self._index
+
+    def with_fact(self, fact: Triple, instead_of: Iterable[Triple]) -> Delta:
+        """Return the change that puts a fact back, for the one that has replaced it if it can
+        have one value only."""
+        known = self.domain.properties.get(URIRef(str(fact[1])))
+        single = known is not None and known.functional
+        others = (other for other in instead_of if single and other[:2] == fact[:2])
+        return Delta(frozenset(others), frozenset({fact}))
 
     def _asked(self, query: str, bindings: Bindings) -> Asked:
         names = variables(query)
@@ -165,6 +213,12 @@ class Kg:
     def value(self, subject: Node, predicate: Node) -> Node | None:
         """Return the one value of a functional property, the smallest if there are several."""
         return min(self.facts.objects(subject, predicate), key=str, default=None)
+
+    def objects(self, subject: Node, predicate: Node) -> list[Node]:
+        """Return the values of a predicate of a thing now, sorted."""
+        self._line.settle()
+        found = self.engine.quads_for_pattern(term_of(subject), term_of(predicate), None, None)
+        return sorted({node_of(quad.object) for quad in found}, key=str)
 
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
@@ -185,13 +239,41 @@ class Kg:
                     }
                     if found:
                         return tuple(sorted(found))
-        return ()
+        return next((self._folded[f] for f in map(folded, variants(name)) if f in self._folded), ())
+
+    @property
+    def _folded(self) -> dict[str, tuple[URIRef, ...]]:
+        """The things by their names, and else their aliases, without accents and separators."""
+        if self._known.folded is None:
+            found: dict[str, set[URIRef]] = {}
+            for predicates in ((AB.alias,), self.named_by):
+                told = (fact for p in predicates for fact in self.store.subject_objects(p))
+                names: dict[str, set[URIRef]] = {}
+                for entity, text in told:
+                    if isinstance(entity, URIRef) and self.classes(entity):
+                        names.setdefault(folded(str(text)), set()).add(entity)
+                found |= names
+            self._known.folded = {name: tuple(sorted(things)) for name, things in found.items()}
+        return self._known.folded
 
     def _called(self, text: str, predicate: URIRef) -> Iterator[URIRef]:
         value = pyoxigraph.Literal(text)
         for quad in self.engine.quads_for_pattern(None, term_of(predicate), value, None):
             if isinstance(quad.subject, pyoxigraph.NamedNode):
                 yield URIRef(quad.subject.value)
+        yield from self._in_languages(predicate).get(text, ())
+
+    def _in_languages(self, predicate: URIRef) -> Mapping[str, Sequence[URIRef]]:
+        """The entities by those names that have a language, such as "leek"@en."""
+        if predicate not in self._known.tagged:
+            found: dict[str, list[URIRef]] = {}
+            query = f"SELECT ?s ?n WHERE {{ ?s <{predicate}> ?n FILTER(LANG(?n) != '') }}"
+            rows: Any = self.engine.query(query, use_default_graph_as_union=True)
+            for subject, name in rows:
+                if isinstance(subject, pyoxigraph.NamedNode):
+                    found.setdefault(name.value, []).append(URIRef(subject.value))
+            self._known.tagged[predicate] = found
+        return self._known.tagged[predicate]
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
@@ -200,6 +282,15 @@ class Kg:
                 key = without_s(self.name(entity))
                 self._known.spellings[key] = (*self._known.spellings.get(key, ()), entity)
         return self._known.spellings.get(without_s(name), ())
+
+    def with_head(self, word: str) -> tuple[URIRef, ...]:
+        """Return the things whose names end in a word, as a cutting board does in board."""
+        if self._known.heads is None:
+            self._known.heads = {}
+            for entity in self.instances(self.domain.kinds):
+                for head in words(self.name(entity))[-1:]:
+                    self._known.heads[head] = (*self._known.heads.get(head, ()), entity)
+        return self._known.heads.get(word, ())
 
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with
@@ -330,6 +421,7 @@ class Kg:
         """Forget the answers to queries."""
         self._answers.clear()
         self._changes.clear()
+        self._values.clear()
 
     def _write(self, delta: Delta) -> None:
         for triple in delta.removed:
@@ -362,6 +454,18 @@ def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Trip
         store.add(pyoxigraph.Quad(*moved))
         store.remove(quad)
     return [triple_of(quad.triple) for quad in strays]
+
+
+def _told(query: str) -> str:
+    return f"a query of the domain ({' '.join(query.split())[:200]})"
+
+
+def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
+    """The engine's solutions, one by one."""
+    names = [variable.value for variable in solutions.variables]
+    for solution in solutions:
+        values = ((name, solution[name]) for name in names)
+        yield {name: node_of(value) for name, value in values if value is not None}
 
 
 def _iri(kind: Kind) -> str:

@@ -112,8 +112,8 @@ def attribute_question(
 
     `prevents` is what not knowing it prevents.
     """
-    wording = prop.question or f"Is {{name}} {prop.label}?"
-    text = wording.format(name=name.replace("_", " "))
+    plain = name.replace("_", " ")
+    text = prop.question.format(name=plain) if prop.question else f"Is {plain} {prop.label}?"
     kind, choices, number = _form_of(kg, name, prop, prevents)
     known = () if kind != "place" else _known_otherwise(kg, prop)
     return Question(

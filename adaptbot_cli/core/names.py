@@ -1,6 +1,7 @@
 """Names as people and models write them: normal forms, base forms, nearness."""
 
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -25,6 +26,18 @@ def normal(name: str) -> str:
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
 
 
+@lru_cache(maxsize=8192)
+def unaccented(name: str) -> str:
+    """Return a name without the accents of its letters: saut\u00e9 as saute."""
+    parts = unicodedata.normalize("NFKD", sound(name))
+    return unicodedata.normalize("NFC", "".join(c for c in parts if not unicodedata.combining(c)))
+
+
+def folded(name: str) -> str:
+    """Return a name by which spellings are compared: without accents, case and separators."""
+    return normal(unaccented(name)).replace("_", "")
+
+
 _CAPITAL = re.compile(r"(?<=[a-z\d])(?=[A-Z])")
 
 
@@ -36,17 +49,6 @@ def parted(name: str) -> str:
 def words(name: str) -> tuple[str, ...]:
     """Return the words of a name, in small letters."""
     return tuple(part for part in re.split(r"[^\w']+|_", normal(name)) if part)
-
-
-_WITHOUT = frozenset({"without", "no", "not", "minus", "except"})
-
-
-def affirmed(text: str) -> list[str]:
-    """Return the words of a request that are wanted: those before a "without", no "egg-free"."""
-    parts = words(text)
-    kept = parts[: next((n for n, part in enumerate(parts) if part in _WITHOUT), len(parts))]
-    free = {n for n, part in enumerate(kept) if part == "free"}
-    return [part for n, part in enumerate(kept) if n not in free and n + 1 not in free]
 
 
 def singulars(word: str) -> tuple[str, ...]:

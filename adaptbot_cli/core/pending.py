@@ -20,7 +20,6 @@ from adaptbot_cli.core.questions import EDIT, LATER, UNKNOWN, Answer, Key, Quest
 from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.run import Parse, Run, forget_all, look_at
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.tasks import with_told
 from adaptbot_cli.core.turns import Execute, Turn
 
 
@@ -108,7 +107,7 @@ class _Shared:
 def _plans(waiting: Iterable[Waiting], shared: _Shared) -> Generator[Turn, Any, list[_Plan]]:
     plans = []
     for each in waiting:
-        run = shared.run(with_told(each.task, shared.parse(each.plan), shared.kg))
+        run = shared.run(each.task)
         report = yield from look_at(run, each.plan, tell=False)
         plans.append(_Plan(run, report, each.unknown))
     return plans

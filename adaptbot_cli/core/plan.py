@@ -5,6 +5,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
+from rdflib import URIRef
+
 Status = Literal["ok", "changed", "inserted", "dropped", "finding"]
 Approved = Literal["rule", "human"]
 
@@ -75,7 +77,8 @@ class Finding:
     about one, and `steps` those of all that it is about, where they are several; `subject` the name
     that it is about; `candidates` the nearest names that would do; `prop` the attribute that it is
     about, in short. `remedy` is a step that would mend it and where, in words. Neither that nor
-    `steps` makes another finding.
+    `steps` makes another finding. One that is `blocking` keeps the plan from being executed though
+    others of its code do not.
     """
 
     code: str
@@ -88,6 +91,7 @@ class Finding:
     remedy: str = field(default="", compare=False)
     prop: str = ""
     steps: tuple[int, ...] = field(default=(), compare=False)
+    blocking: bool = False
 
     @property
     def places(self) -> tuple[int, ...]:
@@ -117,13 +121,55 @@ class Step:
 class Task:
     """What is to be done. `required` are the items that the result must use, by name.
 
-    `goals` are the task's own conditions, `known` whether the domain pack lists the task.
+    `goals` are the task's own conditions, `known` whether the domain pack lists the task; `iri` is
+    the entry of the pack whose goals are judged and `judged_by` its name, both empty if no goal is
+    known (`thin`), `like` the names of classes of tasks whose goals could be.
+
+    The rest is what was asked besides (`core/request.py`): `excluded` are names of what must not be
+    used, `barred` further words for it, `rules` named constraints; `amount` is how many are wanted;
+    `place` where things are to be brought, `inside` pairs of a content and its vessel, `states`
+    pairs of an item and a state that it must end in; `unread` are phrases nobody understood, `said`
+    the person's own words.
     """
 
     name: str
     required: tuple[str, ...] = ()
     goals: tuple["Goal", ...] = ()
     known: bool = False
+    iri: URIRef | None = None
+    judged_by: str = ""
+    thin: bool = False
+    like: tuple[str, ...] = ()
+    excluded: tuple[str, ...] = ()
+    barred: frozenset[str] = frozenset()
+    rules: tuple["Constraint", ...] = ()
+    amount: int = 1
+    place: str = ""
+    inside: tuple[tuple[str, str], ...] = ()
+    states: tuple[tuple[str, URIRef], ...] = ()
+    unread: tuple[str, ...] = ()
+    said: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Constraint:
+    """A diet or an allergen of the domain: what an item must be to be used at all.
+
+    It holds for things of `classes`. `query` is a SPARQL ASK that holds of an ?item that is safe;
+    `props` are the attributes it rests on: with one of them unknown, it is unknown whether an item
+    is safe. `names` call for it by themselves if it is a `diet` ("vegan"), else where something is
+    excluded ("no dairy"); `strict` are names of an allergen that only an allergy calls so ("milk").
+    """
+
+    name: str
+    names: tuple[str, ...]
+    classes: tuple[URIRef, ...]
+    props: tuple[URIRef, ...]
+    query: str
+    message: str
+    diet: bool = False
+    strict: tuple[str, ...] = ()
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +181,7 @@ class Goal:
     of the things with which missing steps may bring it about, likeliest first; `helped_by` is such
     a SELECT for steps that are only suggested; `before` are the
     actions before which it should be brought about, by IRI; `source` is the query as its author
-    wrote it.
+    wrote it. A goal with `places` is about a ?place: where the request says, else any of these.
     """
 
     query: str
@@ -145,6 +191,7 @@ class Goal:
     before: frozenset[str] = frozenset()
     source: str = ""
     helped_by: str = ""
+    places: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,16 +1,10 @@
 """Where a fact comes from: the question, the answer, the person, the task, the model, the time."""
 
-import re
-from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from adaptbot_cli.core.changes import Changes, Words, as_json
-from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.terms import Triple, local
-
-_NUMBERED = re.compile(r"(Question|Answer|Fact)-([0-9]+)")
-_SAID = re.compile(r"(.*?)(?: \(([^()]*)\))?", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,51 +50,22 @@ class Origin:
         return {key: value for key, value in asdict(self).items() if value}
 
 
-def answers(trailers: Iterable[tuple[str, str]]) -> tuple[Told, ...]:
-    """Return the answers that a commit's trailers tell, in order."""
-    parts: dict[int, dict[str, list[str]]] = {}
-    for key, value in trailers:
-        match = _NUMBERED.fullmatch(key)
-        if match:
-            parts.setdefault(int(match[2]), {}).setdefault(match[1], []).append(value)
-    return tuple(_told(number, parts[number]) for number in sorted(parts))
-
-
-def _told(number: int, parts: Mapping[str, list[str]]) -> Told:
-    [question, answer] = [" ".join(parts.get(key, ())) for key in ("Question", "Answer")]
-    match = _SAID.fullmatch(answer)
-    said, signed = (match[1], match[2] or "") if match else (answer, "")
-    by, _, at = signed.rpartition(", ") if ", " in signed else (signed, "", "")
-    return Told(number, question, said, by, at, tuple(parts.get("Fact", ())))
-
-
 def short(sign: str, triple: Triple) -> str:
     """Write a fact as commits tell it: `+ egg obj_location fridge`.
 
     What a commit message cannot hold is left out there, and so it is here.
     """
-    text = f"{sign} {' '.join(local(node) for node in triple)}"
-    sound = text.replace("\0", "").encode("utf-8", "replace").decode("utf-8")
-    return " ".join(sound.split())
+    return plain(f"{sign} {' '.join(local(node) for node in triple)}")
 
 
-def of_answer(told: Told, delta: Delta) -> Delta:
-    """Return that part of a commit's change that one of its answers taught."""
-    facts = frozenset(told.facts)
-    return Delta(
-        frozenset(t for t in delta.removed if short("-", t) in facts),
-        frozenset(t for t in delta.added if short("+", t) in facts),
-    )
+def plain(text: str) -> str:
+    """Return a text on one line, without what a commit message cannot hold."""
+    return " ".join(text.replace("\0", "").encode("utf-8", "replace").decode("utf-8").split())
 
 
 def answer_id(revision: str, number: int) -> str:
     """Return the id of an answer: the commit's short sha and the answer's number in it."""
     return f"{revision[:7]}.{number}"
-
-
-def trailer(trailers: Iterable[tuple[str, str]], name: str) -> str:
-    """Return a trailer's value, empty if there is none."""
-    return next((value for key, value in trailers if key == name), "")
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,16 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 QuestionKind = Literal[
-    "existence", "kind", "place", "attribute", "value", "contradiction", "mend", "action"
+    "existence",
+    "kind",
+    "place",
+    "attribute",
+    "value",
+    "contradiction",
+    "mend",
+    "action",
+    "reading",
+    "goal",
 ]
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]

@@ -1,55 +1,89 @@
-"""The plan tried on the graph, step by step: conditions, missing steps, effects (DESIGN, 5)."""
+"""Actions tried on the graph, and the one search for steps that are missing (DESIGN, M4)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import islice, product
+from typing import Any
 
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import net
 from adaptbot_cli.core.domain import Action, Condition, Parameter
 from adaptbot_cli.core.kg import Bindings, Kg
 from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.sparql import mentions, ruled_out
 from adaptbot_cli.core.static import attribute_findings
+from adaptbot_cli.core.terms import Triple
 
 LONGEST_REPAIR = 6
-"""How many missing steps are inserted for one condition at most."""
+"""How many missing steps are inserted for one need at most."""
 
 MOST_ROWS = 3
 """With how many of the things that a goal or condition is about a repair is tried at most."""
 
-MOST_TRIES = 600
-"""How many actions are tried for one repair at most, so that a check always ends soon."""
+MOST_DEFAULTS = 5
+"""With how many choices of defaults one step is tried at most."""
+
+MOST_TRIES = 2_000
+"""How many actions one search performs at most, so that a check always ends."""
+
+MOST_TO_KEEP = 100
+"""How many actions are tried to find a way that undoes nothing, at most."""
+
+Key = tuple[str, tuple[tuple[str, Node], ...]]
 
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """Something that should hold: a test on the graph, and what it speaks about."""
+    """Something that should hold: a test on the graph, its predicates, the things it is about."""
 
     holds: Callable[[], bool]
     predicates: frozenset[URIRef]
     values: Bindings
 
 
-def values_of(bound: Bound, kg: Kg) -> dict[str, Node]:
-    """Return what the variables of an action's queries stand for, the robot included.
+def aim(kg: Kg, query: str, bindings: Bindings, about: Bindings | None = None) -> Aim:
+    """Return the aim that an ASK holds with some variables bound.
 
-    Parameters that the plan leaves out get their defaults from the state at this point.
+    It is about `about`, else about what is bound, and about the things that the query names.
     """
-    values: dict[str, Node] = {"agent": kg.domain.agent, **bound.values}
-    for parameter in bound.action.parameters:
-        if parameter.default and parameter.name not in values:
-            value = kg.first(parameter.default, parameter.name, values)
-            if value is not None:
-                values[parameter.name] = value
-    return values
+    given = {"agent": kg.domain.agent, **bindings}
+    named = mentions(query) - ruled_out(query)
+    things = {str(iri): iri for iri in sorted(named) if kg.classes(iri)}
+    values = {**(bindings if about is None else about), **things}
+    return Aim(lambda: kg.ask(query, given), mentions(query), values)
+
+
+def fact_aim(kg: Kg, fact: Triple) -> Aim:
+    """Return the aim that a fact holds."""
+    subject, predicate, value = fact
+    about = {"subject": subject, "value": value}
+    return Aim(
+        lambda: value in kg.objects(subject, predicate), frozenset({URIRef(str(predicate))}), about
+    )
+
+
+def readings(bound: Bound, kg: Kg) -> Iterator[Bound]:
+    """Give an action with the defaults of its missing parameters, those of the first rows first."""
+    missing = [p for p in bound.action.parameters if p.default and p.name not in bound.values]
+
+    def fill(values: dict[str, Node], left: list[Parameter]) -> Iterator[dict[str, Node]]:
+        if not left:
+            yield values
+            return
+        given = {"agent": kg.domain.agent, **values}
+        found = kg.values(left[0].default, left[0].name, given)
+        for value in found or (None,):
+            yield from fill(values if value is None else {**values, left[0].name: value}, left[1:])
+
+    for values in fill(dict(bound.values), missing):
+        yield Bound(bound.action, values)
 
 
 def complete(bound: Bound, kg: Kg) -> Bound:
-    """Return the action with its defaults filled in."""
-    values = values_of(bound, kg)
-    names = {p.name for p in bound.action.parameters}
-    return Bound(bound.action, {n: v for n, v in values.items() if n in names})
+    """Return an action with its defaults filled in from the state at this point."""
+    return next(readings(bound, kg))
 
 
 def holds(condition: Condition, bound: Bound, kg: Kg) -> bool:
@@ -62,100 +96,183 @@ def all_hold(bound: Bound, kg: Kg) -> bool:
     return all(holds(condition, bound, kg) for condition in bound.action.conditions)
 
 
-def aim_of(condition: Condition, bound: Bound, kg: Kg) -> Aim:
-    """Return a condition as something to aim for."""
-    return Aim(lambda: holds(condition, bound, kg), condition.predicates, bound.values)
+def needs_of(bound: Bound, kg: Kg) -> list[Aim]:
+    """Return the conditions of an action as aims."""
+    return [
+        Aim(lambda c=c: holds(c, bound, kg), c.predicates, bound.values)  # type: ignore[misc]
+        for c in bound.action.conditions
+    ]
 
 
 def perform(bound: Bound, kg: Kg) -> None:
     """Apply an action's effect."""
-    values = {"agent": kg.domain.agent, **bound.values}
-    kg.apply(kg.delta(bound.action.effect, values))
+    kg.apply(kg.delta(bound.action.effect, {"agent": kg.domain.agent, **bound.values}))
+
+
+def key_of(bound: Bound) -> Key:
+    """Return what makes two ground actions the same."""
+    return bound.action.name, tuple(sorted(bound.values.items()))
+
+
+def is_done(bound: Bound, kg: Kg) -> bool:
+    """Tell whether what an action brings about is so already."""
+    effect = bound.action.effect
+    return bool(
+        effect
+        and effect.inserts
+        and not kg.delta(effect, {"agent": kg.domain.agent, **bound.values})
+    )
 
 
 @dataclass(slots=True)
-class Repair:
-    """A bounded backward search for missing steps: the actions whose effects achieve an aim.
+class Search:
+    """The search for the fewest steps that make aims hold, all of them at the end.
 
-    Shortest first; among equals the domain's order of actions decides. What a successful search
-    finds is already applied to the graph. The action `without` is not made use of. With `together`
-    several actions may bring the aim about that none does alone: something is put in, then heated.
-    With `supposing` an attribute that is not known is taken to be as an action needs it. What is to
-    be used `rather` than another thing is tried first, before what an action would use by itself.
+    It goes from an aim to the actions whose effects touch its predicates, grounds them in the
+    things that the aim is about, and looks for what they need in the same way. Steps that fulfil an
+    aim by themselves are tried first, else the domain's order decides. What it finds is applied to
+    the graph. `without` is an action that is not made use of; what is to be used `rather` than
+    another thing is tried first. With `supposing` an unknown attribute is taken to be as a step
+    needs it. `kept` are facts that steps must not take away by the way: they are restored, or
+    another way is taken. With `freely` steps may change more than what they are done to, and
+    several may bring an aim about that none does alone.
+    If it is `yielding`, they are given up where nothing else helps: those are `undone`.
+    A thing that `bars` holds of is not used.
+    `gave_up` tells whether the last search ended at the limit of tries.
     """
 
     kg: Kg
     without: str = ""
-    together: bool = False
-    supposing: bool = False
     rather: frozenset[Node] = frozenset()
+    bars: Callable[[Node], bool] | None = None
+    supposing: bool = False
+    freely: bool = False
+    kept: frozenset[Triple] = frozenset()
+    longest: int = LONGEST_REPAIR
+    most: int = MOST_TRIES
+    yielding: bool = False
+    undone: list[Triple] = field(default_factory=list)
+    gave_up: bool = False
     tries: int = 0
-    trail: list[tuple[str, tuple[tuple[str, Node], ...]]] = field(default_factory=list)
+    _cut: bool = False
+    _start: int = 0
+    _trail: list[Key] = field(default_factory=list)
 
-    def achieve(self, aim: Aim) -> list[Bound] | None:
-        """Return the steps that make an aim hold, or None if few enough cannot."""
-        for limit in range(1, LONGEST_REPAIR + 1):
-            steps = self.within(aim, limit)
-            if steps is not None:
-                return steps
+    def achieve(self, *aims: Aim) -> list[Bound] | None:
+        """Return the steps that make all aims hold, or None if few enough cannot."""
+        self.gave_up = False
+        for freely in (False, True) if not self.freely else (True,):
+            found = self._deepen(aims, freely)
+            if found is not None:
+                return found
         return None
 
-    def within(self, aim: Aim, limit: int) -> list[Bound] | None:
-        """Return steps that make an aim hold, the first found of `limit` or fewer, or None."""
-        for bound in self._candidates(aim) if limit > 0 else ():
+    def _deepen(self, aims: tuple[Aim, ...], freely: bool) -> list[Bound] | None:
+        free, self.freely = self.freely, freely
+        self.tries, self._start = 0, self.kg.mark
+        try:
+            for limit in range(1, self.longest + 1):
+                self._cut = False
+                steps = self._within(aims, limit, top=True)
+                if steps is not None or not self._cut:
+                    return steps
+                if self.tries >= self.most:
+                    self.gave_up = True
+                    return None
+            return None
+        finally:
+            self.freely = free
+
+    def _within(self, aims: tuple[Aim, ...], limit: int, top: bool = False) -> list[Bound] | None:
+        """Return steps that make all aims hold, the first found of `limit` or fewer, or None."""
+        open_ = [aim for aim in aims if not aim.holds()]
+        if not open_ and top:
+            self.undone = self._lost(aims) if self.kept else []
+            open_ = [] if self.yielding else [fact_aim(self.kg, fact) for fact in self.undone]
+        if not open_:
+            return []
+        if limit <= 0:
+            self._cut = True
+            return None
+        for bound in self._candidates(open_):
+            if self.tries >= self.most:
+                return None
             mark = self.kg.mark
-            steps = self._step(bound, limit - 1, aim)
-            if steps is not None and aim.holds():
-                return steps
-            if steps and self.together and self.kg.last_change():
-                rest = self.within(aim, limit - len(steps))
+            steps = self._step(bound, limit - 1, open_)
+            if steps and (self._brings(open_) or (self.freely and self.kg.last_change())):
+                rest = self._within(aims, limit - len(steps), top)
                 if rest is not None:
                     return [*steps, *rest]
             self.kg.undo_to(mark)
         return None
 
-    def _step(self, bound: Bound, limit: int, aim: Aim) -> list[Bound] | None:
+    def _brings(self, aims: Iterable[Aim]) -> bool:
+        return any(aim.holds() for aim in aims)
+
+    def _lost(self, aims: Iterable[Aim]) -> list[Triple]:
+        """What was to be kept and is gone, though the aims would hold with it as well."""
+        changed = net(self.kg.changes(self._start))
+        found = sorted(changed.removed & self.kept)
+        lost = []
+        for fact in found:
+            mark = self.kg.mark
+            self.kg.apply(self.kg.with_fact(fact, changed.added))
+            if all(aim.holds() for aim in aims):
+                lost.append(fact)
+            self.kg.undo_to(mark)
+        return lost
+
+    def _step(self, bound: Bound, limit: int, aims: list[Aim]) -> list[Bound] | None:
         """Do one action, with what it needs first, within `limit` more steps."""
-        key = (bound.action.name, tuple(sorted(bound.values.items())))
-        if key in self.trail or self.tries >= MOST_TRIES or self._ruled_out(bound):
+        key = key_of(bound)
+        if key in self._trail or self._excluded(bound):
             return None
         self.tries += 1
-        self.trail.append(key)
-        before = self.prepare(bound, limit)
-        self.trail.pop()
+        self._trail.append(key)
+        before = self._within(tuple(needs_of(bound, self.kg)), limit)
+        self._trail.pop()
         if before is None:
             return None
         perform(bound, self.kg)
-        return [*before, bound] if self._changes_only(bound, aim) else None
+        return [*before, bound] if self.freely or self._changes_only(bound, aims) else None
 
-    def _ruled_out(self, bound: Bound) -> bool:
+    def _excluded(self, bound: Bound) -> bool:
+        if self.bars is not None and any(map(self.bars, bound.values.values())):
+            return True
         found = attribute_findings(bound, self.kg)
         return any(f.code != "E301" for f in found) if self.supposing else bool(found)
 
-    def _changes_only(self, bound: Bound, aim: Aim) -> bool:
+    def _changes_only(self, bound: Bound, aims: list[Aim]) -> bool:
         """Whether the last action changed nothing but what it was done to, and what it was done
         for: a missing step must not pour out what else a vessel holds."""
-        about = {*bound.values.values(), *aim.values.values(), self.kg.domain.agent}
+        about = {self.kg.domain.agent, *bound.values.values()}
+        about |= {value for aim in aims for value in aim.values.values()}
         return all(subject in about for subject, _, _ in self.kg.last_change())
 
-    def prepare(self, bound: Bound, limit: int) -> list[Bound] | None:
-        """Make all conditions of an action hold, within `limit` steps; None if that fails."""
-        steps: list[Bound] = []
-        for condition in bound.action.conditions:
-            if holds(condition, bound, self.kg):
-                continue
-            part = self.within(aim_of(condition, bound, self.kg), limit - len(steps))
-            if part is None:
-                return None
-            steps += part
-        return steps if all_hold(bound, self.kg) else None
+    def _candidates(self, aims: list[Aim]) -> Iterator[Bound]:
+        """Give the actions that may bring one of the aims about, first those that would do so at
+        once if they could be done."""
+        later = []
+        for aim in aims:
+            pool = self._pool(aim)
+            things = frozenset((*pool, self.kg.domain.agent))
+            for action in self.kg.index.touching(aim.predicates, things):
+                if action.name == self.without:
+                    continue
+                for bound in self._grounded(action, pool):
+                    if self._would_bring(bound, aim):
+                        yield bound
+                    else:
+                        later.append(bound)
+        yield from later
 
-    def _candidates(self, aim: Aim) -> Iterator[Bound]:
-        pool = self._pool(aim)
-        for action in self.kg.domain.actions.values():
-            effect = action.effect if action.name != self.without else None
-            if effect is not None and effect.predicates & aim.predicates:
-                yield from self._grounded(action, pool)
+    def _would_bring(self, bound: Bound, aim: Aim) -> bool:
+        mark = self.kg.mark
+        perform(bound, self.kg)
+        try:
+            return aim.holds()
+        finally:
+            self.kg.undo_to(mark)
 
     def _pool(self, aim: Aim) -> list[Node]:
         """The things that an aim is about: its own, and what they are now related to by it."""
@@ -163,23 +280,26 @@ class Repair:
         about: list[Node] = [*pool, self.kg.domain.agent]
         for predicate in sorted(aim.predicates):
             for thing in about:
-                pool += sorted(self.kg.facts.objects(thing, predicate), key=str)
+                pool += self.kg.objects(thing, predicate)
         return list(dict.fromkeys(node for node in pool if isinstance(node, URIRef)))
 
     def _grounded(self, action: Action, pool: list[Node]) -> Iterator[Bound]:
         options = [self._options(parameter, pool) for parameter in action.parameters]
+        seen = set()
         for chosen in product(*options):
             given = zip(action.parameters, chosen, strict=True)
             values = {p.name: node for p, node in given if node is not None}
-            bound = complete(Bound(action, values), self.kg)
-            if all(p.optional or p.name in bound.values for p in action.parameters):
-                yield bound
+            for bound in islice(readings(Bound(action, values), self.kg), MOST_DEFAULTS):
+                whole = all(p.optional or p.name in bound.values for p in action.parameters)
+                if whole and key_of(bound) not in seen:
+                    seen.add(key_of(bound))
+                    yield bound
 
-    def _options(self, parameter: Parameter, pool: list[Node]) -> list[Node | None]:
+    def _options(self, parameter: Parameter, pool: list[Node]) -> list[Any]:
         """What a parameter may stand for; None leaves it to its default."""
         if parameter.datatype is not None:
             return [*dict.fromkeys(parameter.words.values())] or [Literal(0)]
-        fitting: list[Node | None] = [n for n in pool if self.kg.is_a(n, parameter.classes)]
-        left_out: list[Node | None] = [None] if parameter.default or parameter.optional else []
+        fitting = [node for node in pool if self.kg.is_a(node, parameter.classes)]
+        left_out = [None] if parameter.default or parameter.optional else []
         first = [node for node in fitting if node in self.rather]
         return [*dict.fromkeys([*first, *left_out, *fitting])]

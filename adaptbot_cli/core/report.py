@@ -7,9 +7,9 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.findings import blocks, is_open
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.plan import Finding, Step, Task
+from adaptbot_cli.core.plan import Finding, Step, Task, Written
 from adaptbot_cli.core.questions import Answer, Question
 
 
@@ -26,7 +26,8 @@ class Report:
     """A plan after parse, check, refine and repair.
 
     `bounds` and `deltas` go with `steps` one to one: what a step means to the graph (None if it is
-    dropped or cannot be understood) and what it changed in the rehearsal.
+    dropped or cannot be understood) and what it changed in the rehearsal. `written` are the calls
+    that the text writes.
     """
 
     task: Task
@@ -36,16 +37,17 @@ class Report:
     bounds: tuple[Bound | None, ...] = ()
     deltas: tuple[Delta, ...] = ()
     missing: tuple[str, ...] = ()
+    written: tuple[Written, ...] = ()
 
     @property
     def blocking(self) -> tuple[Finding, ...]:
         """The findings that keep the plan from being executed."""
-        return tuple(f for f in self.findings if CODES[f.code].blocks)
+        return tuple(f for f in self.findings if blocks(f))
 
     @property
     def open(self) -> tuple[Finding, ...]:
         """The findings that a better plan or more knowledge would mend."""
-        return tuple(f for f in self.findings if CODES[f.code].open)
+        return tuple(f for f in self.findings if is_open(f))
 
     @property
     def executable(self) -> bool:
@@ -81,7 +83,7 @@ class Usage:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a run came to."""
+    """What a run came to; of a request for several tasks, what each of the `runs` came to."""
 
     report: Report
     outcome: Outcome | None
@@ -90,10 +92,14 @@ class Result:
     lessons: tuple[Lesson, ...] = ()
     revision: str | None = None
     sizes: tuple[tuple[int, int], tuple[int, int]] = field(default=((0, 0), (0, 0)))
+    runs: tuple["Result", ...] = ()
 
     @property
     def verdict(self) -> str:
-        """One of "executable", "findings" and "no_plan"."""
+        """One of "executable", "findings" and "no_plan"; the worst of several tasks."""
+        if self.runs:
+            order = ("no_plan", "findings", "executable")
+            return min((run.verdict for run in self.runs), key=order.index)
         if not self.report.steps:
             return "no_plan"
         done = self.outcome is not None and self.outcome.error is None
@@ -102,6 +108,8 @@ class Result:
     @property
     def goal_met(self) -> bool:
         """Whether the plan was executed to its end and what the task needs then holds."""
+        if self.runs:
+            return all(run.goal_met for run in self.runs)
         outcome = self.outcome
         return (
             self.verdict == "executable"

@@ -6,7 +6,7 @@ the candidate otherwise. What is not safe becomes a suggestion.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from rdflib import Literal, URIRef
@@ -15,20 +15,46 @@ from rdflib.term import Node
 from adaptbot_cli.core.amounts import without_amount
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
-from adaptbot_cli.core.names import nearest, normal, parted, sentence_list, variants, words
+from adaptbot_cli.core.names import (
+    folded,
+    misspelt,
+    nearest,
+    normal,
+    parted,
+    sentence_list,
+    unaccented,
+    variants,
+    words,
+)
 from adaptbot_cli.core.plan import Approved, Change, Finding
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB
-from adaptbot_cli.core.words import Related
+from adaptbot_cli.core.words import Related, Relation
 
 T = TypeVar("T")
 
-_ITEM_REACH = {"synonym": 0, "hypernym": 1}
-_ACTION_REACH = {"synonym": 0, "hypernym": 1}
+_REACH = {"synonym": 0, "hypernym": 1, "hyponym": 1}
+"""How many edges away a word may be that is put in unasked."""
+
+_INVERSE: Mapping[Relation, Relation] = {
+    "synonym": "synonym",
+    "hypernym": "hyponym",
+    "hyponym": "hypernym",
+}
+_FEW = 2
+"""How many narrower senses a word may have for one of them to be meant: a refrigerator is a fridge
+or a cooler, but a fruit may be anything."""
+
 BY_WORDS = frozenset({"synonym", "hypernym", "hyponym"})
 """The remedies that put in another thing on the evidence of words alone."""
 _NEAR = 2
-"""How many edges away a related word may be: a thing or action stands for broader ones only."""
+"""How many edges away a related word may be to be suggested."""
+
+_SEVERAL = 2
+"""How many other things with the last word of a name make it unsure which one is meant."""
+
+_ALIKE = 0.75
+"""From which likeness on another thing's name may have been meant as well."""
 
 _PREPOSITIONS = frozenset({"on", "onto", "in", "into", "inside", "upon", "atop"})
 _ARTICLES = frozenset({"a", "an", "the", "some", "of", "from", "with"})
@@ -159,14 +185,20 @@ def _product(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
 
 
 def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
-    """A synonym, broader or narrower word that names exactly one item of the right kind."""
-    if scene.requires(name) or is_absent(scene.kg, name, "item"):
+    """A synonym, broader or narrower word that names exactly one item of the right kind.
+
+    Both words must be meant in their first senses, and nothing else here may be called so.
+    """
+    if not scene.repair or scene.requires(name) or is_absent(scene.kg, name, "item"):
         return None
     related = scene.known.get(normal(name), ())
-    best = _best(related, lambda w: _items_called(w, classes, scene), _ITEM_REACH)
+    best = _best(related, lambda w: _items_called(w, classes, scene))
     if best is None or best[0].sense > 1:
         return None
     word, entity = best
+    sure = _mutual(name, word, entity, scene) and not _rivals(name, entity, classes, scene)
+    if not sure or scene.bars(entity):
+        return None
     if scene.uses(entity) and normal(name) not in scene.agreed:
         return None
     if scene.taken.setdefault(entity, normal(name)) != normal(name):
@@ -175,17 +207,58 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
     return Named(entity, Change(name, proper, word.relation, _word_evidence(name, word)))
 
 
+def _mutual(name: str, word: Related, entity: URIRef, scene: Scene) -> bool:
+    """Whether what the item is called leads back to the name, in its own first sense.
+
+    A broader word must be the last of the name or a synonym, or both have one sense.
+    A narrower word must be one of few.
+    """
+    back = scene.known.get(normal(scene.kg.name(entity)), ())
+    first = min((other.sense for other in back), default=0)
+    inverse = _INVERSE[word.relation]
+    forms = set(variants(name)) | {folded(name)}
+    leads = any(
+        other.sense == first
+        and other.relation == inverse
+        and not {other.word, folded(other.word)}.isdisjoint(forms)
+        for other in back
+    )
+    related = scene.known.get(normal(name), ())
+    if back and not leads:
+        return False
+    if word.relation == "hypernym" and back:
+        same = (w.word for w in related if (w.relation, w.sense) == ("synonym", word.sense))
+        own = words(scene.kg.name(entity))[-1:]
+        head = any(words(form)[-1:] == own for form in (name, *same))
+        return head or len({w.sense for w in related}) == len({w.sense for w in back}) == 1
+    if word.relation == "hyponym":
+        narrower = {w.gloss for w in related if w.relation == "hyponym" and w.distance == 1}
+        return len(narrower) <= _FEW
+    return True
+
+
+def _rivals(name: str, entity: URIRef, classes: Sequence[URIRef], scene: Scene) -> bool:
+    """Whether another item's name holds this one or is spelt much like it: which one is meant?"""
+    said, own = folded(name), scene.kg.name(entity)
+    others = [other for other in scene.kg.alike(name, classes) if other != own]
+    holding = (n for n in others if len(said) > 3 and (said in folded(n) or folded(n) in said))
+    parts = set(words(name)) - set(words(own))
+    if len(words(name)) > 1 and any(parts & set(words(other)) for other in others):
+        return True
+    # Of several knives, which one is a paring knife? A frying pan is no cake pan.
+    several = [e for part in words(name)[-1:] for e in scene.kg.with_head(part) if e != entity]
+    return any(holding) or len(several) >= _SEVERAL or bool(misspelt(name, others, _ALIKE))
+
+
 def _items_called(word: str, classes: Sequence[URIRef], scene: Scene) -> set[URIRef]:
     return {e for e in scene.kg.find(word) if scene.kg.is_a(e, classes)}
 
 
-def _best(
-    related: Iterable[Related], named: Callable[[str], set[T]], reach: Mapping[str, int]
-) -> tuple[Related, T] | None:
-    """The one thing that the word's first sense names at the shortest distance within `reach`."""
+def _best(related: Iterable[Related], named: Callable[[str], set[T]]) -> tuple[Related, T] | None:
+    """The one thing that the word's first sense names at the shortest distance within reach."""
     words = list(related)
     first = min((word.sense for word in words), default=0)
-    near = [w for w in words if w.sense == first and w.distance <= reach.get(w.relation, -1)]
+    near = [w for w in words if w.sense == first and w.distance <= _REACH[w.relation]]
     for distance in sorted({word.distance for word in near}):
         ring = [word for word in near if word.distance == distance]
         things = {thing for word in ring for thing in named(word.word)}
@@ -227,12 +300,25 @@ def near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]:
 
 
 def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]:
-    related = [
+    """First what holds the name or its last word or bears a related word, then what is alike."""
+    related = [word.word for word in scene.known.get(normal(name), ()) if word.distance <= _NEAR]
+    whole = [
         scene.kg.name(entity)
-        for word in scene.known.get(normal(name), ())
-        for entity in sorted(_items_called(word.word, classes, scene))
+        for word in related
+        for entity in sorted(_items_called(word, classes, scene))
     ]
-    return list(dict.fromkeys([*related, *nearest(name, scene.kg.alike(name, classes))]))[:5]
+    parts = {part for word in (name, *related) for part in words(word)[-1:]}
+    alike = scene.kg.alike(name, classes)
+    heads = [folded(part) for part in (name, *words(name)[-1:]) if len(part) > 3]
+    holding = [other for head in heads for other in alike if head in folded(other)]
+    sharing = [
+        scene.kg.name(entity)
+        for part in sorted(parts)
+        for entity in scene.kg.with_head(part)
+        if scene.kg.is_a(entity, classes)
+    ]
+    near = dict.fromkeys([*holding, *whole, *sharing, *nearest(name, alike)])
+    return [other for other in near if not scene.excludes(other)][:5]
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,6 +336,12 @@ def action(name: str, scene: Scene) -> NamedAction:
     known = scene.domain.actions.get(normal(name))
     if known is not None:
         return NamedAction(known)
+    plain = unaccented(name)
+    same = action(plain, scene) if plain != name else NamedAction()
+    if same.action is not None:
+        why = f"{name} is {same.action.name}, written differently"
+        change = same.change or Change(plain, same.action.name, "normalisation", why)
+        return replace(same, change=replace(change, source=name))
     for remedy in (
         _action_spelled,
         _action_alias,
@@ -313,19 +405,20 @@ def _action_by_verb(name: str, scene: Scene) -> NamedAction | None:
 
 
 def _action_by_words(name: str, scene: Scene) -> NamedAction | None:
-    if is_absent(scene.kg, name, "action"):
+    if not scene.repair or is_absent(scene.kg, name, "action"):
         return None
     related = scene.known.get(normal(name), ())
-    best = _best(related, lambda word: _actions_called(word, scene), _ACTION_REACH)
-    if best is None or best[0].sense > 1:
+    same = {word.word for word in related if word.relation == "synonym"}
+    best = _best(related, lambda word: _actions_called(word, scene, aliases=word in same))
+    if best is None or best[0].sense > 1 or best[0].relation == "hyponym":
         return None
     word, known = best[0], scene.domain.actions[best[1]]
     return NamedAction(known, Change(name, known.name, word.relation, _verb_evidence(name, word)))
 
 
-def _actions_called(word: str, scene: Scene) -> set[str]:
+def _actions_called(word: str, scene: Scene, aliases: bool) -> set[str]:
     actions = scene.domain.actions.values()
-    return {known.name for known in actions if word in (known.name, known.verb)}
+    return {a.name for a in actions if word in (a.name, a.verb, *(a.aliases if aliases else ()))}
 
 
 def _verb_evidence(name: str, word: Related) -> str:

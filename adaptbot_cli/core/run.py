@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from adaptbot_cli.core import teach
-from adaptbot_cli.core.additions import with_remedies
-from adaptbot_cli.core.examine import examine, words_to_look_up
+from adaptbot_cli.core.examine import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.mend import with_remedies
 from adaptbot_cli.core.plan import Parsed, Task
 from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Report, Usage
@@ -51,6 +51,10 @@ def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Repo
         if words:
             found = yield LookUp(tuple(sorted(words)), fields)
             run.scene.known.update({word: found.get(word, ()) for word in words})
+    back = names_to_look_up(items, run.scene)
+    if back:
+        found = yield LookUp(tuple(sorted(back)), domain.noun_fields)
+        run.scene.known.update({word: found.get(word, ()) for word in back})
     report = with_remedies(examine(parsed, text, run.scene), run.scene)
     if tell:
         yield Checked(report)

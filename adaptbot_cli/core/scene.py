@@ -3,12 +3,14 @@
 from dataclasses import dataclass, field
 
 from rdflib import URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, words
 from adaptbot_cli.core.plan import Call, Task
+from adaptbot_cli.core.request import doubtful, excluded, excludes
 from adaptbot_cli.core.words import Related
 
 
@@ -16,6 +18,7 @@ from adaptbot_cli.core.words import Related
 class Scene:
     """Everything that judging one plan needs.
 
+    Without `repair` a plan is looked at as it is: nothing is put in, left out or added.
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
     `agreed` the names that words were put in for in a plan that the person then edited;
@@ -32,10 +35,11 @@ class Scene:
     aside: frozenset[str] = frozenset()
     agreed: set[str] = field(default_factory=set)
     drop: bool = True
+    repair: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)
     around: dict[str, tuple[Related, ...]] = field(default_factory=dict)
-    trust: dict[tuple[URIRef, tuple[URIRef, ...]], bool] = field(default_factory=dict)
+    trust: dict[tuple[URIRef, Node, tuple[URIRef, ...]], bool] = field(default_factory=dict)
 
     @property
     def domain(self) -> Domain:
@@ -55,6 +59,18 @@ class Scene:
             return True
         entities = set(self.kg.find(name))
         return any(entities & set(self.kg.find(item)) for item in wanted)
+
+    def excludes(self, name: str) -> str:
+        """Return why the request rules out what bears a name, "" if it does not."""
+        return excludes(name, self.task, self.kg)
+
+    def excluded(self, entity: Node) -> str:
+        """Return why the request rules out a thing, "" if it does not."""
+        return excluded(entity, self.task, self.kg)
+
+    def bars(self, node: Node) -> bool:
+        """Tell whether no step may be added with a thing: it is excluded, or may be."""
+        return bool(self.excluded(node)) or doubtful(node, self.task, self.kg) is not None
 
     def uses(self, entity: URIRef) -> bool:
         """Tell whether the plan names this entity by its own name."""

@@ -1,10 +1,12 @@
 """Small readings of trusted SPARQL text from a domain pack. Nothing a model wrote comes here."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
+from typing import Any
 
 import pyoxigraph
+from pyparsing import ParseResults
 from rdflib import BNode, Graph, URIRef, Variable
 from rdflib.term import Node
 
@@ -18,21 +20,69 @@ _VARIABLE = "urn:adaptbot:variable:"
 _TOKEN = re.compile(rf"({SKIP})|(\w+):(\w+)|([{{}}])|(\w+)", re.DOTALL)
 
 _GROUPS = ("DELETE", "INSERT", "WHERE")
-_BLANK = r"(?:\s|#[^\n\r]*[\n\r])*"
-_OUTSIDE = re.compile(
-    rf"(?<![\w?$:-])(SERVICE|LOAD){_BLANK}(?:SILENT\b{_BLANK})?(?=[<?$]|[\w.-]*:)", re.IGNORECASE
-)
+_OUTSIDE = {
+    "SERVICE": "ServiceGraphPattern",
+    "LOAD": "Load",
+    "FROM": "DatasetClause",
+    "USING": "UsingClause",
+}
+"""The clauses that reach outside the graph, as rdflib's parser names them."""
+
 _CODEPOINT = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 
 
 def reaches_out(text: str) -> str:
-    """Return the word by which a query or update would reach the network, empty if none does.
+    """Return the word by which a query or update would reach outside the graph, "" if none does.
 
-    Where a text is read, this errs on the safe side: the words in a string count too if what
-    follows could be an address.
+    Only a text with the letters of such a word, wherever they stand but right behind the mark of a
+    variable or a prefix, can hold the clause; then it is parsed. A carriage return ends a comment
+    for the engine and not for the parser: see `one_newline`.
+
+    Raises:
+        ValueError: it has the letters and cannot be parsed, so that nothing is known of it.
     """
-    found = _OUTSIDE.search(_CODEPOINT.sub(_character, text))
+    letters = _CODEPOINT.sub(_character, text).upper()
+    words = [word for word in _OUTSIDE if re.search(rf"(?<![?$:]){word}", letters)]
+    if not words:
+        return ""
+    from rdflib.plugins.sparql.parser import parseQuery, parseUpdate
+
+    parse = parseUpdate if form_of(text) == "update" else parseQuery
+    try:
+        found = set(_clauses(parse(text)))
+    except Exception as problem:  # its parser raises many kinds
+        told = str(problem).partition("\n")[0]
+        raise ValueError(f"this is no valid SPARQL: {told}") from None
+    return next((word for word in words if _OUTSIDE[word] in found), "")
+
+
+def _clauses(part: Any) -> Iterator[str]:
+    """The names of all clauses of a parsed query."""
+    if isinstance(part, dict):
+        yield str(getattr(part, "name", ""))
+        part = list(part.values())
+    if isinstance(part, list | tuple | ParseResults):
+        for below in part:
+            yield from _clauses(below)
+
+
+_MAKES_TEXT = re.compile(
+    r"(?<![\w?$:-])(CONCAT|REPLACE|GROUP_CONCAT|ENCODE_FOR_URI)(?:\s|#[^\n]*\n)*\(", re.IGNORECASE
+)
+
+
+def makes_text(query: str) -> str:
+    """Return the function by which a query makes longer texts, "" if none does.
+
+    A few dozen of them, each in the next, fill the memory before any clock ends them.
+    """
+    found = _MAKES_TEXT.search(_CODEPOINT.sub(_character, query))
     return found[1].upper() if found else ""
+
+
+def one_newline(text: str) -> str:
+    """Return a query in which every line ends with the newline alone."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _character(match: re.Match[str]) -> str:
@@ -47,6 +97,7 @@ def prefixed(graph: Graph, text: str) -> str:
     return "".join(f"PREFIX {prefix}: <{spaces[prefix]}> " for prefix in sorted(spaces))
 
 
+@lru_cache(maxsize=4096)
 def mentions(query: str) -> frozenset[URIRef]:
     """Return every IRI that a query with PREFIX lines names by a prefix."""
     spaces = prefixes_of(query)
@@ -56,6 +107,14 @@ def mentions(query: str) -> frozenset[URIRef]:
         if match[2] in spaces
     }
     return frozenset(found)
+
+
+@lru_cache(maxsize=1024)
+def ruled_out(query: str) -> frozenset[URIRef]:
+    """Return the IRIs that a query only compares with: what something is not to be."""
+    spaces = prefixes_of(query)
+    found = re.findall(r"!=\s*(\w+):(\w+)", query)
+    return frozenset(URIRef(spaces[prefix] + name) for prefix, name in found if prefix in spaces)
 
 
 _UPDATES = frozenset(

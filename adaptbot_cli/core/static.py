@@ -13,6 +13,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a, normal
 from adaptbot_cli.core.plan import Call, Change, Finding
 from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.request import doubtful
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import local
 
@@ -121,12 +122,48 @@ def _bind(
     values |= {part.parameter: part.value for part in fixed}
     findings += _too_few(action, [p for p in slots if p.name not in values], call)
     bound = Bound(action, values)
-    findings += attribute_findings(bound, scene.kg)
+    failing = attribute_findings(bound, scene.kg)
+    findings += [_not_meant(f, found_changes, action, scene) for f in failing]
+    findings = [*_excluded(call, bound, scene), *(f for f in findings if not _barred(f, scene))]
     if findings:
         once = tuple(dict.fromkeys(findings))
         return Sound(call, None, tuple(found_changes), once, action=action)
     proper = render(bound, scene.kg)
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
+
+
+def _not_meant(finding: Finding, changes: list[Change], action: Action, scene: Scene) -> Finding:
+    """A thing that words put in and that an attribute rules out was not meant after all."""
+    for change in changes:
+        if (
+            change.by in resolve.BY_WORDS
+            and finding.code == "E302"
+            and change.target == finding.subject
+        ):
+            classes = tuple(c for p in action.visible for c in p.classes)
+            changes.remove(change)
+            return resolve.unknown_item(change.source, classes, scene)
+    return finding
+
+
+def _excluded(call: Call, bound: Bound, scene: Scene) -> Iterator[Finding]:
+    """What the request rules out among the things of a call, known or not."""
+    for arg in call.args:
+        if not scene.kg.find(arg) and scene.excludes(arg):
+            yield Finding("E505", scene.excludes(arg), arg)
+    for value in bound.values.values():
+        name, why = scene.kg.name(value), scene.excluded(value)
+        if why:
+            yield Finding("E505", why, name)
+        elif (prop := doubtful(value, scene.task, scene.kg)) is not None:
+            label = scene.domain.properties[prop].label if prop in scene.domain.properties else ""
+            message = f"it is not known whether {name} is {label or local(prop)}, which is excluded"
+            yield Finding("E301", message, name, prop=local(prop))
+
+
+def _barred(finding: Finding, scene: Scene) -> bool:
+    """Whether a finding is about a name that is excluded: nobody need say what it is."""
+    return finding.code == "E201" and bool(scene.excludes(finding.subject))
 
 
 def _no_use(arg: str, action: Action, slots: list[Parameter], scene: Scene) -> bool:
@@ -250,7 +287,17 @@ def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
         if isinstance(entity, URIRef):
             finding = _attribute(need, entity, bound, kg)
             findings += [finding] if finding else []
-    return findings
+    return findings or [*_nowhere(bound, kg)]
+
+
+def _nowhere(bound: Bound, kg: Kg) -> Iterator[Finding]:
+    """What cannot be fetched, as nobody knows where it is."""
+    thing = next(iter(bound.values.values()), None) if bound.action.fetches else None
+    kinds = [kg.domain.kinds[c] for c in kg.classes(thing) if c in kg.domain.kinds] if thing else []  # type: ignore[index]
+    props = {kind.location_property for kind in kinds if kind.location_property is not None}
+    if isinstance(thing, URIRef) and props and all(kg.value(thing, p) is None for p in props):
+        name = kg.name(thing)
+        yield Finding("E301", f"it is not known where {name} is", name, prop=local(min(props)))
 
 
 def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg) -> Finding | None:

@@ -197,7 +197,7 @@ class Likely:
             return None
         place = isinstance(best.value, URIRef)
         unsure = best.share < (SURE_OF_PLACE if place else SURE)
-        return None if unsure or (place and not best.like) else best
+        return None if unsure or not best.like else best
 
     def _agreement(self, entity: URIRef, told: Mapping[URIRef, Node]) -> float:
         """What is left of a thing's weight, seeing in how many attributes it is known to differ."""
@@ -210,7 +210,7 @@ class Likely:
 
     def _trusted(self, guess: "_Guess", near: Sequence[Near], prop: Property) -> bool:
         """Whether such guesses are right for the nearest things."""
-        key = (prop.iri, tuple(kind.iri for kind in self.kinds))
+        key = (prop.iri, guess.value, tuple(kind.iri for kind in self.kinds))
         if key not in self.scene.trust:
             right = tried = 0
             for one in near[:_TRIALS]:
@@ -219,7 +219,7 @@ class Likely:
                     continue
                 others = self.near(one.entity, self.words[one.entity])
                 other = self._guess(one.entity, others, prop)
-                if other is not None:
+                if other is not None and other.value == guess.value:
                     tried += 1
                     right += other.value == truth
             needed = RIGHT_PLACE if isinstance(guess.value, URIRef) else RIGHT

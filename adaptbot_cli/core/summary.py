@@ -1,9 +1,11 @@
 """A result as one plain object: what `run --json` and `check --json` print."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.plan import Change, Finding, Step
+from adaptbot_cli.core.plan import Change, Finding, Step, Task
 from adaptbot_cli.core.questions import ABSENT, LATER, NO, UNKNOWN, YES, Answer
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.terms import STATES, local
@@ -14,13 +16,17 @@ Json = dict[str, Any]
 def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None]) -> Json:
     """Return a result as an object of lists, strings and numbers; findings: docs/findings.md.
 
-    `revisions` are the workspace's before and after the run.
+    `revisions` are the workspace's before and after the run. The tasks of a request stand one after
+    the other in it, the worst outcome for all, and each by itself in `runs`.
     """
+    if result.runs:
+        return _several(result, kg, planner, revisions)
     task = result.report.task
     return {
-        "task": task.name or None,
+        "task": task.said or task.name or None,
         "domain": kg.domain.name,
         "planner": planner,
+        "request": asked([task]),
         "outcome": result.verdict,
         "goal": {"met": result.goal_met, "missing": list(_missing(result))},
         "steps": [_step(n, step) for n, step in enumerate(result.report.steps, start=1)],
@@ -43,6 +49,57 @@ def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, s
             "cost_usd": result.usage.cost_usd,
             "questions": result.usage.questions,
         },
+    }
+
+
+def _several(
+    result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None]
+) -> Json:
+    runs = [
+        {**summary(run, kg, planner, revisions), "task": run.report.task.name}
+        for run in result.runs
+    ]
+    tasks = [run.report.task for run in result.runs]
+    whole = summary(replace(result, runs=()), kg, planner, revisions)
+    missing = list(dict.fromkeys(name for run in runs for name in run["goal"]["missing"]))
+    return {
+        **whole,
+        "task": tasks[0].said or "; then ".join(task.name for task in tasks),
+        "request": asked(tasks),
+        "outcome": result.verdict,
+        "goal": {"met": result.goal_met, "missing": missing},
+        "steps": _in_order("steps", runs),
+        "findings": _in_order("findings", runs),
+        "runs": runs,
+    }
+
+
+def _in_order(key: str, runs: Sequence[Json]) -> list[Json]:
+    """The steps or findings of all runs, numbered through."""
+    found, before = [], 0
+    for run in runs:
+        for each in run[key]:
+            moved = dict(each)
+            for number in ("n", "step"):
+                if moved.get(number) is not None:
+                    moved[number] += before
+            if "steps" in moved:
+                moved["steps"] = [number + before for number in moved["steps"]]
+            found.append(moved)
+        before += len(run["steps"])
+    return found
+
+
+def asked(tasks: Sequence[Task]) -> Json:
+    """Return what was asked for: what was understood of the request, and what was not."""
+    excluded = (n for t in tasks for n in (*t.excluded, *(rule.name for rule in t.rules)))
+    amounts = [task.amount for task in tasks if task.amount > 1]
+    return {
+        "tasks": [task.name for task in tasks if task.name],
+        "required": list(dict.fromkeys(name for task in tasks for name in task.required)),
+        "excluded": list(dict.fromkeys(excluded)),
+        "amount": amounts[0] if amounts else None,
+        "unread": list(dict.fromkeys(phrase for task in tasks for phrase in task.unread)),
     }
 
 

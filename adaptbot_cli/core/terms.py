@@ -21,12 +21,13 @@ SCHEMA: URIRef = AB.schema
 
 TERMS: frozenset[str] = frozenset(
     """
-    Action Domain Task about absentAction absentItem advice advises agent alias ask asks
-    attribute before calledAs class datatype default effect equals explain falseWord family fetches
-    filler functional goal graph hand hidden holds ifUnknown impliedBy instead insteadMeans
-    kindOrder locationProperty message name nameProperty namespace needs of ofProduct optional order
-    parameter parameters product prompted property purpose quantifier question requires select
-    starts state stateWord trueWord unit value verb verbField when with wordField
+    Action Constraint Domain Task TaskClass about absentAction absentItem advice advises agent
+    alias allergyTo ask asks attribute before calledAs class datatype default diet effect equals
+    explain falseWord family fetches filler functional goal graph hand hidden holds ifUnknown
+    impliedBy instead insteadMeans kindOrder locationProperty message name nameProperty
+    namespace needs of ofProduct optional order parameter parameters places preposition product
+    prompted property purpose quantifier question requires select servings starts state stateWord
+    trueWord unit value verb verbField when with wordField
     """.split()  # noqa: SIM905 - a list would take a page
 )
 """Every ab: term that means something in a pack's files; any other is a slip of the pen."""
@@ -47,7 +48,7 @@ def local(node: Node) -> str:
 
 
 def node_of(term: object) -> Node:
-    """Return a term of the engine's parser as rdflib's."""
+    """Return a term of the engine's parser as rdflib's. Raises ValueError: there is none."""
     if isinstance(term, pyoxigraph.NamedNode):
         return URIRef(term.value)
     if isinstance(term, pyoxigraph.BlankNode):
@@ -55,7 +56,15 @@ def node_of(term: object) -> Node:
     if isinstance(term, pyoxigraph.Literal):
         if term.language:
             return Literal(term.value, lang=term.language)
-        return Literal(term.value, datatype=URIRef(term.datatype.value))
+        datatype = URIRef(term.datatype.value)
+        # rdflib writes all digits of 1E999999999, and knows no limit to a duration.
+        if datatype == XSD.decimal and "e" in term.value.lower():
+            raise ValueError(f'"{term.value[:40]}" is no decimal number')
+        try:
+            return Literal(term.value, datatype=datatype)
+        except (ArithmeticError, ValueError) as problem:
+            told = f'"{term.value[:40]}" is no value of {local(datatype)}'
+            raise ValueError(told) from problem
     raise ValueError(f"{term} is no IRI, blank node or literal")
 
 

@@ -14,6 +14,14 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.questions import Answer, Question, Reviewed
 from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.request import Reading
+
+
+@dataclass(frozen=True, slots=True)
+class Understood:
+    """Tell what the request was understood to ask for."""
+
+    reading: Reading
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +143,8 @@ class Kept:
 
 
 Turn = (
-    Propose
+    Understood
+    | Propose
     | LookUp
     | Checked
     | Ask

@@ -3,31 +3,34 @@
 T = propose → parse, check, refine, repair → re-prompt → ask the human → execute → goal check.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
 from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
+from adaptbot_cli.core.confirming import confirmed, judged
 from adaptbot_cli.core.dialogue import ask, keep
 from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.mending import mend
 from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.run import Parse, Policy, Run, forget_all, look_at, propose
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.tasks import with_told
 from adaptbot_cli.core.turns import (
     Execute,
     Propose,
     Turn,
+    Understood,
 )
 
 Turns = Generator[Turn, Any, Result]
 
-__all__ = ["Parse", "Policy", "Turns", "inspect", "pursue"]
+__all__ = ["Parse", "Policy", "Turns", "inspect", "pursue", "pursue_each"]
 
 
 def pursue(
@@ -60,11 +63,70 @@ def pursue(
             usage = replace(run.usage, questions=0)
 
 
+def pursue_each(
+    text: str,
+    read: Callable[[str], Reading],
+    kg: Kg,
+    parse: Parse,
+    policy: Policy = "tutor",
+    replans: int = 3,
+    full: bool = False,
+) -> Turns:
+    """Pursue every task of a request, each on the state that the one before has left.
+
+    `read` says what words mean; a reading that is in doubt is confirmed by the person first. The
+    state of the graph in memory is that before the last task then.
+    """
+    reading, asked = yield from confirmed(text, read)
+    yield Understood(reading)
+    results: list[Result] = []
+    for task in reading.tasks:
+        before = results[-1] if results else None
+        if before is not None and before.outcome is not None and before.verdict == "executable":
+            for delta in before.outcome.deltas:
+                kg.apply(delta)
+        results.append((yield from pursue(task, kg, parse, policy, replans, full)))
+    if not results:
+        told = f"nothing is to be done: the request says not to {reading.refused or 'do anything'}"
+        finding = Finding("W604", told, reading.refused)
+        results = [Result(Report(Task(""), "", (), (finding,)), None, Usage())]
+    usage = results[0].usage
+    told_by = [each for each in asked if each[1].value != LATER.value]
+    usage = replace(usage, questions=usage.questions + len(told_by))
+    results[0] = replace(results[0], questions=(*asked, *results[0].questions), usage=usage)
+    return _together(results)
+
+
+def _together(results: Sequence[Result]) -> Result:
+    """The results of several tasks as one; that of a single one as it is."""
+    last = results[-1]
+    if len(results) == 1:
+        return last
+    each = [result.usage for result in results]
+    costs = [usage.cost_usd for usage in each if usage.cost_usd is not None]
+    usage = Usage(
+        sum(u.model_calls for u in each),
+        sum(u.prompt_tokens for u in each),
+        sum(u.completion_tokens for u in each),
+        sum(costs) if costs else None,
+        sum(u.questions for u in each),
+    )
+    return replace(
+        last,
+        usage=usage,
+        questions=tuple(q for result in results for q in result.questions),
+        lessons=tuple(lesson for result in results for lesson in result.lessons),
+        revision=next((r.revision for r in reversed(results) if r.revision), None),
+        sizes=(results[0].sizes[0], last.sizes[1]),
+        runs=tuple(results),
+    )
+
+
 def _pursue(run: Run, replans: int) -> Turns:
     """Algorithm 1."""
     before = run.kg.size()
+    yield from judged(run)
     text = yield from propose(run, Propose(run.task))
-    run.task = run.scene.task = with_told(run.task, run.parse(text), run.kg)
     report = yield from look_at(run, text)
     if run.policy == "tutor":
         report = yield from ask(run, report, required_only=True)
@@ -151,14 +213,14 @@ def _amend(run: Run, report: Report) -> Generator[Turn, Any, Report]:
     return report
 
 
-def inspect(task: Task, kg: Kg, parse: Parse, text: str) -> Turns:
+def inspect(task: Task, kg: Kg, parse: Parse, text: str, repair: bool = True) -> Turns:
     """Check a plan's text without model or human, and return the `Result`.
 
-    Nothing is dropped: what is not there is reported, whether the goal needs it or not.
+    Nothing is dropped: what is not there is reported, whether the goal needs it or not. Without
+    `repair` no step is inserted, left out or moved, and no word put in for another.
     """
     parse = cache(parse)
-    task = with_told(task, parse(text), kg)
-    scene = Scene(kg, task, drop=False)
+    scene = Scene(kg, task, drop=False, repair=repair)
     run = Run(kg, task, parse, scene)
     report = yield from look_at(run, text)
     outcome = (yield Execute(report)) if report.executable else None

@@ -1,9 +1,10 @@
 """A plan on its way through the graph: each step with what it needs and what it changes."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
-from rdflib import Literal, URIRef
+from rdflib import Literal
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
@@ -12,27 +13,39 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
 from adaptbot_cli.core.rehearse import (
+    MOST_DEFAULTS,
     MOST_ROWS,
+    MOST_TO_KEEP,
     Aim,
-    Repair,
-    aim_of,
+    Key,
+    Search,
+    aim,
     all_hold,
-    complete,
+    fact_aim,
     holds,
+    is_done,
+    key_of,
+    needs_of,
     perform,
+    readings,
 )
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.static import Sound, attribute_findings, render, sentence
-from adaptbot_cli.core.terms import TRUE
+from adaptbot_cli.core.terms import TRUE, Triple
 
 
 @dataclass(slots=True)
 class Walk:
     """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
-    `left_there` are things that cannot be picked up and need not be."""
+    `left_there` are things that cannot be picked up and need not be. Without `repair` no step is
+    inserted. `needed` tells up to which place the plan's own steps need facts of a thing (None: of
+    any) with a predicate; what they need is brought about again where they stand. No step is
+    inserted with what `bars` holds of."""
 
     kg: Kg
+    repair: bool = True
+    needed: Mapping[tuple[Node | None, Node], int] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
     bounds: list[Bound | None] = field(default_factory=list)
     deltas: list[Delta] = field(default_factory=list)
@@ -40,6 +53,10 @@ class Walk:
     tainted: set[Node] = field(default_factory=set)
     left_there: set[Node] = field(default_factory=set)
     place: int = 0
+    bars: Callable[[Node], bool] | None = None
+    _achieved: dict[Triple, int] = field(default_factory=dict)
+    _early: dict[Key, str] = field(default_factory=dict)
+    gave_up: bool = False
 
     def skip(self, written: Written, reason: str) -> None:
         """Leave out a step of the plan that is not needed."""
@@ -75,17 +92,50 @@ class Walk:
         self._add(replace(step, status="finding", codes=codes, reason=message), None)
 
     def _sound(self, step: Step, sound: Sound, bound: Bound) -> None:
-        bound = complete(bound, self.kg)
-        problems: list[Finding] = []
-        advice: list[Finding] = []
-        tainted = bool(self.tainted & set(bound.values.values()))
-        if not tainted:
-            problems = attribute_findings(bound, self.kg) + list(self._no_default(bound))
-            problems += [] if problems else self._unmet(bound, sound)
-            advice = list(self._advice(bound))
-        status: Status = "changed" if sound.changes else "ok"
-        if problems:
-            status = "finding"
+        """Take a step that is understood, with the first things for which it can be done."""
+        start, count = self.kg.mark, len(self.steps)
+        first: tuple[Bound, list[Finding]] | None = None
+        again = False
+        for reading in islice(readings(bound, self.kg), MOST_DEFAULTS if self.repair else 1):
+            if first is not None:
+                self._back_to(start, count)
+                again = True
+            tainted = bool(self.tainted & set(reading.values.values()))
+            if not tainted and self._done_before(reading, step):
+                return
+            problems = [] if tainted else self._problems(reading, sound)
+            if not problems:
+                self._do(step, sound, reading, tainted)
+                return
+            first = first or (reading, problems)
+        if first is None:
+            return
+        reading, problems = first
+        if again:
+            self._back_to(start, count)
+        if self.repair and all(f.code == "E401" for f in problems) and is_done(reading, self.kg):
+            self._back_to(start, count)
+            why = f"{problems[0].message}, but what it is for is so already"
+            self._add(replace(step, status="dropped", reason=why), None)
+            return
+        if again:
+            problems = self._problems(reading, sound)  # with the steps that some of its needs have
+        self._do(step, sound, reading, False, problems)
+
+    def _problems(self, bound: Bound, sound: Sound) -> list[Finding]:
+        problems = attribute_findings(bound, self.kg) + list(self._no_default(bound))
+        return problems or list(self._unmet(bound, sound))
+
+    def _do(
+        self,
+        step: Step,
+        sound: Sound,
+        bound: Bound,
+        tainted: bool,
+        problems: Sequence[Finding] = (),
+    ) -> None:
+        advice = () if tainted else tuple(self._advice(bound))
+        status: Status = "finding" if problems else "changed" if sound.changes else "ok"
         self._note([*problems, *advice], step)
         codes = tuple(dict.fromkeys(f.code for f in (*problems, *advice)))
         reason = "; ".join(f.message for f in (*problems, *advice))
@@ -93,6 +143,35 @@ class Walk:
         if not problems and (not tainted or all_hold(bound, self.kg)):
             perform(bound, self.kg)
         self._add(replace(step, status=status, codes=codes, reason=reason), bound, mark)
+        for fact in self.deltas[-1].added:
+            self._achieved[fact] = len(self.steps)
+
+    def _done_before(self, bound: Bound, step: Step) -> bool:
+        """Whether a repair has moved this step to an earlier place, where it has been done."""
+        reason = self._early.get(key_of(bound))
+        if reason is None or not is_done(bound, self.kg):
+            return False
+        self._add(replace(step, status="dropped", reason=f"done before: {reason}"), None)
+        return True
+
+    def _back_to(self, mark: int, count: int) -> None:
+        self.kg.undo_to(mark)
+        del self.steps[count:], self.bounds[count:], self.deltas[count:]
+
+    def _kept(self) -> frozenset[Triple]:
+        """The states that the plan's steps have brought about: a repair may not undo them.
+
+        Where a thing is, or the robot, is but a means to an end. What a later step needs again is
+        brought about again where it stands.
+        """
+        return frozenset(
+            fact
+            for fact in self._achieved
+            if isinstance(fact[2], Literal)
+            and fact[0] != self.kg.domain.agent
+            and all(self.needed.get((n, fact[1]), -1) <= self.place for n in (fact[0], None))
+            and fact in self.kg.facts
+        )
 
     def _advice(self, bound: Bound) -> Iterator[Finding]:
         for condition in bound.action.advises:
@@ -106,10 +185,9 @@ class Walk:
         if not condition.about:
             return ()
         for row in self.kg.rows(condition.about, bound.values)[:MOST_ROWS]:
-            aim = aim_of(condition, bound, self.kg)
-            aim = replace(aim, values={**bound.values, **row})
+            wanted = aim(self.kg, condition.query, bound.values, {**bound.values, **row})
             mark = self.kg.mark
-            steps = Repair(self.kg, without=bound.action.name).achieve(aim)
+            steps = Search(self.kg, without=bound.action.name, bars=self.bars).achieve(wanted)
             calls = tuple(render(step, self.kg).render() for step in steps or ())
             self.kg.undo_to(mark)
             if calls:
@@ -124,41 +202,66 @@ class Walk:
                 yield Finding("E401", f"there is no {what}", bound.action.name)
 
     def _unmet(self, bound: Bound, sound: Sound) -> Iterator[Finding]:
-        """Achieve what the step needs, yielding a finding for each need that stays open."""
-        for entity, prop in sound.states:
-            if bound.action.effect and prop in bound.action.effect.predicates:
-                continue  # the step itself brings the state about
-            finding = self._achieve(*self._state(entity, prop))
-            if finding:
-                yield finding
-        needs = [
-            (aim_of(condition, bound, self.kg), sentence(condition.message, bound, self.kg))
-            for condition in bound.action.conditions
+        """Achieve all that the step needs, together; yield a finding for each need left open."""
+        effect = bound.action.effect
+        states = [
+            fact_aim(self.kg, (entity, prop, TRUE))
+            for entity, prop in sound.states
+            if not (effect and prop in effect.predicates)  # else the step itself brings it about
         ]
-        for _ in range(2):  # achieving a later condition may undo an earlier one: look twice
-            mark = self.kg.mark
-            unmet = [(aim, message) for aim, message in needs if self._achieve(aim, message)]
-            if self.kg.mark == mark:
-                break
-        else:
-            unmet = [(aim, message) for aim, message in needs if not aim.holds()]
-        for _, message in unmet:
-            yield Finding("E401", message, bound.action.name)
+        labels = [
+            f"{self.kg.name(entity)} must be {self.kg.domain.properties[prop].label} by then"
+            for entity, prop in sound.states
+            if not (effect and prop in effect.predicates)
+        ]
+        conditions = bound.action.conditions
+        needs = list(
+            zip(
+                [*states, *needs_of(bound, self.kg)],
+                [*labels, *(sentence(c.message, bound, self.kg) for c in conditions)],
+                strict=True,
+            )
+        )
+        if self.achieve(needs, bound):
+            return
+        for wanted, message in needs:  # those that can be met by themselves, to tell the others
+            self.achieve([(wanted, message)], bound)
+        for wanted, message in needs:
+            if not wanted.holds():
+                told = (
+                    f"{message}; the search was given up at its limit" if self.gave_up else message
+                )
+                yield Finding("E401", told, bound.action.name)
 
-    def _state(self, entity: URIRef, prop: URIRef) -> tuple[Aim, str]:
-        aim = Aim(lambda: (entity, prop, TRUE) in self.kg.facts, frozenset({prop}), {"it": entity})
-        label = self.kg.domain.properties[prop].label
-        return aim, f"{self.kg.name(entity)} must be {label} by then"
+    def achieve(self, needs: Sequence[tuple[Aim, str]], before: Bound | None = None) -> bool:
+        """Insert the steps that make all of some needs hold, if there are any such steps.
 
-    def _achieve(self, aim: Aim, message: str) -> Finding | None:
-        if aim.holds():
-            return None
+        They do not undo what the plan has come to so far, unless nothing else helps: then a warning
+        says so. Nor do they undo what the step that they stand `before` is for.
+        """
+        open_ = [message for wanted, message in needs if not wanted.holds()]
+        if not open_ or not self.repair:
+            return not open_
+        aims = [wanted for wanted, _ in needs]
         mark = self.kg.mark
-        inserted = Repair(self.kg).achieve(aim)
+        search = Search(self.kg, kept=self._kept(), yielding=True, bars=self.bars)
+        inserted = search.achieve(*aims)
+        self.gave_up = search.gave_up
+        if inserted and search.undone:
+            self.kg.undo_to(mark)
+            careful = replace(search, yielding=False, longest=len(inserted) + 3, most=MOST_TO_KEEP)
+            better = careful.achieve(*aims)
+            if better is None and before and is_done(before, self.kg):
+                return False
+            inserted = better or search.achieve(*aims) or []
+            for fact in () if better else search.undone:
+                name, number = self.kg.name(fact[0]), self._achieved[fact]
+                told = f"what is missing here undoes what step {number} did to {name}"
+                self.findings.append(Finding("W605", told, name, len(self.steps) + 1))
         if inserted is None:
-            return Finding("E401", message)
-        self.insert(inserted, message, mark)
-        return None
+            return False
+        self.insert(inserted, "; ".join(dict.fromkeys(open_)), mark)
+        return True
 
     def insert(self, inserted: Sequence[Bound], reason: str, mark: int) -> None:
         """Add steps that a repair has found and performed since `mark`."""
@@ -166,6 +269,7 @@ class Walk:
             call = render(bound, self.kg)
             step = Step(call, status="inserted", reason=reason)
             self._add(step, bound, mark + offset, mark + offset + 1)
+            self._early[key_of(bound)] = reason
 
     def _note(self, findings: Iterable[Finding], step: Step) -> None:
         number = len(self.steps) + 1
@@ -178,6 +282,8 @@ class Walk:
         self.bounds.append(bound)
         changes = self.kg.changes(start, end) if start >= 0 else []
         self.deltas.append(changes[0] if changes else Delta())
+        for fact in self.deltas[-1].removed:
+            self._achieved.pop(fact, None)
 
 
 def _reason(name: str, kg: Kg) -> str:

@@ -23,9 +23,33 @@ class Related:
     gloss: str
 
 
+@dataclass(frozen=True, slots=True)
+class Sense:
+    """A meaning of a word: its base form ("boil" of "boiled") and its lexicographer file."""
+
+    base: str
+    field: str
+
+
 class Lexicon(Protocol):
     """Where word knowledge comes from."""
+
+    def senses(self, word: str) -> tuple[Sense, ...]:
+        """Return the noun and verb senses of a word, inflected or not; none if it is unknown."""
+        ...
 
     def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
         """Return the words related to `word` within `fields`: first senses, then near ones."""
         ...
+
+
+class NoLexicon:
+    """A lexicon without words."""
+
+    def senses(self, word: str) -> tuple[Sense, ...]:
+        """Return nothing, whatever the word."""
+        return ()
+
+    def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
+        """Return nothing, whatever the word."""
+        return ()

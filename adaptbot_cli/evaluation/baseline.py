@@ -7,7 +7,7 @@ from adaptbot_cli.core.arguments import in_order
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.expand import expand
-from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.findings import blocks
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
@@ -79,7 +79,7 @@ def _carry_out(parsed: Parsed, text: str, scene: Scene) -> tuple[Report, Outcome
 
 
 def _blocking(findings: tuple[Finding, ...]) -> Iterator[Finding]:
-    return (finding for finding in findings if CODES[finding.code].blocks)
+    return (finding for finding in findings if blocks(finding))
 
 
 def _first_error(parsed: Parsed, walk: Walk, scene: Scene) -> Finding | None:

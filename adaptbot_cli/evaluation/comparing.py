@@ -1,11 +1,11 @@
 """Two experiments side by side: what changed, and whether it got worse."""
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation.figures import MEANS, SHARES
 from adaptbot_cli.evaluation.intervals import Interval, bootstrap, mcnemar
@@ -52,10 +52,7 @@ class Difference:
 
 def read_report(path: Path) -> Json:
     """Read what `eval --json` printed. Raises UsageError."""
-    try:
-        told = json.loads(read_text(path))
-    except ValueError as error:
-        raise UsageError(f"{path} is no valid JSON: {error}") from error
+    told = bounded.parse_json(read_text(path), path, UsageError)
     if not isinstance(told, dict) or not isinstance(told.get("trials"), list):
         raise UsageError(f"{path} is not what `adaptbot eval --json` prints: it lacks `trials`")
     for number, trial in enumerate(told["trials"], start=1):

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation.recordings import read_text
 
@@ -153,8 +154,8 @@ def _fields(path: Path) -> Json:
     """Read a results file; one that is no valid JSON (one is not) field by field."""
     text = read_text(path)
     try:
-        told = json.loads(text)
-    except ValueError:
+        told = bounded.parse_json(text, path, UsageError)
+    except UsageError:
         return {**_by_field(text), "damaged": True}
     if not isinstance(told, dict):
         raise UsageError(f"{path} must hold one JSON object")

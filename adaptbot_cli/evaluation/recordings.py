@@ -1,11 +1,11 @@
 """Recorded runs to evaluate on: one JSON object a line (docs/evaluation.md, "Recordings")."""
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.errors import UsageError
 
 ARMS = ("llm", "llm+kg", "llm+kg+human")
@@ -66,10 +66,7 @@ def read_lines(path: Path) -> list[tuple[int, dict[str, Any]]]:
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if not line.strip():
             continue
-        try:
-            told = json.loads(line)
-        except ValueError as error:
-            raise UsageError(f"{path}, line {number}: this is no valid JSON: {error}") from error
+        told = bounded.parse_json(line, f"{path}, line {number}: this", UsageError)
         if not isinstance(told, dict):
             raise UsageError(f"{path}, line {number}: this must be one JSON object: {{…}}")
         found.append((number, told))
@@ -78,12 +75,7 @@ def read_lines(path: Path) -> list[tuple[int, dict[str, Any]]]:
 
 def read_text(path: Path) -> str:
     """Read a text file. Raises UsageError."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise UsageError(f"{path} is no UTF-8 text: {error.reason}") from error
+    return bounded.read_text(path, bounded.JSON, UsageError)
 
 
 def row_of(told: Mapping[str, Any], where: str) -> Row:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
+from adaptbot_cli import bounded
 from adaptbot_cli.errors import UsageError
 
 FORMAT = 1
@@ -40,6 +41,8 @@ class Results:
         Raises:
             UsageError: the file belongs to another experiment, is damaged or cannot be written.
         """
+        if self.path.exists() and not self.path.is_file():
+            raise UsageError(f"cannot use {self.path} for results: it is no file")
         try:
             kept = self._read() if self.path.exists() else []
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -75,15 +78,16 @@ class Results:
             self._file.flush()
 
     def _read(self) -> list[Json]:
-        lines = self.path.read_text(encoding="utf-8").splitlines()
+        lines = bounded.read_text(self.path, bounded.GRAPH, UsageError).splitlines()
         found: list[Json] = []
         for number, line in enumerate(lines, start=1):
             try:
-                found.append(json.loads(line))
-            except ValueError as error:
+                name = f"{self.path}, line {number}: this"
+                found.append(bounded.parse_json(line, name, UsageError))
+            except UsageError:
                 if number == len(lines):
                     break  # it was being written when the run ended: that trial is run again
-                raise UsageError(f"{self.path}, line {number}: no valid JSON: {error}") from error
+                raise
         header = found[0] if found and isinstance(found[0], dict) else {}
         if lines and header.get("adaptbot_eval") != FORMAT:
             raise UsageError(f"{self.path} holds no results of `adaptbot eval`; name another file")

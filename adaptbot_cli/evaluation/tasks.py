@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation.recordings import Row, read_lines, read_recordings, read_text
 
@@ -43,13 +44,8 @@ def _plain(path: Path) -> list[Entry]:
 
 
 def _yaml(path: Path) -> list[Entry]:
-    import yaml
-
-    try:
-        told = yaml.safe_load(read_text(path))
-    except yaml.YAMLError as error:
-        raise UsageError(f"{path} is no valid YAML: {error}") from error
-    if not isinstance(told, list):
+    [told, *more] = bounded.parse_yaml(read_text(path), path) or [None]
+    if more or not isinstance(told, list):
         raise UsageError(f"{path} must hold a list of tasks: `- omelette: egg, oil` or objects")
     return [(f"{path}, entry {n}", entry) for n, entry in enumerate(told, start=1)]
 

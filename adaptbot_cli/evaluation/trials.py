@@ -25,12 +25,12 @@ from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.request import understand
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.summary import findings
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 from adaptbot_cli.core.tutor import Policy, Turns, pursue
@@ -138,9 +138,16 @@ class Listening:
 
 
 def task_of(row: Row, kg: Kg) -> Task:
-    """Return what a row asks for: its own items, and the goal that the domain lists for it."""
-    known = task_for(row.task, kg)
-    return replace(known, name=row.task, required=row.required or known.required)
+    """Return what a row asks for: its own items, and the goal that the domain lists for it.
+
+    A row names its task itself, so nothing of the reading is in doubt; where no goal is known for
+    it, it is judged by the items it requires.
+    """
+    reading = understand(row.task, kg, words()).confirmed()
+    known = reading.tasks[0] if reading.tasks else Task(row.task)
+    name = known.name if known.excluded else row.task  # a name holds nothing that is excluded
+    required = row.required or known.required
+    return replace(known, name=name or row.task, required=required, thin=False)
 
 
 def perform(
@@ -170,7 +177,7 @@ def first_answer(row: Row, world: World, rules: Rules) -> str:
 def live(rules: Rules, world: World, kg: Kg) -> Planner:
     """Return the planner that the rules name: a model, or the plan library."""
     if rules.model in (None, LIBRARY):
-        return Library(world.library, kg.domain)
+        return Library(world.library, kg.domain, kg=kg)
     return _model(rules, world, kg)
 
 
@@ -196,8 +203,8 @@ def _prompts(world: World, kg: Kg) -> Prompts:
 def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
     replans = 0 if rules.model == LIBRARY else rules.replans
     if arm == "llm":
-        return unaided(task, kg, parse, replans)
-    return pursue(task, kg, parse, rules.policy, replans)
+        return unaided(task, kg, parser(kg), replans)
+    return pursue(task, kg, parser(kg), rules.policy, replans)
 
 
 def _reported(arm: str, result: Result) -> tuple[Finding, ...]:

@@ -1,19 +1,20 @@
 """The only wiring: a command line, read, made into a run."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli import trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
-from adaptbot_cli.core.tutor import Policy, pursue
+from adaptbot_cli.core.tutor import Policy, pursue_each
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import EDITS, load
-from adaptbot_cli.session.resuming import remembering, spent
+from adaptbot_cli.session.loading import EDITS, load, reader
+from adaptbot_cli.session.resuming import content_of, guarded, remembering, spent
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -21,11 +22,10 @@ if TYPE_CHECKING:
 
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
-    from adaptbot_cli.adapters.store.keeper import Keeper
-    from adaptbot_cli.adapters.store.opening import Start
+    from adaptbot_cli.adapters.store.keeper import Keeper, Start
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.plan import Task
+    from adaptbot_cli.core.request import Reading
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,7 @@ class Request:
     policy: Policy = "tutor"
     replans: int = 3
     requires: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
     ask: bool = True
     answers: Path | None = None
     dry_run: bool = False
@@ -69,7 +70,7 @@ class Session:
 
     request: Request
     kg: "Kg"
-    task: "Task"
+    read: "Callable[[str], Reading]"
     ports: Ports
     planner: str
     screen: "Screen"
@@ -86,11 +87,19 @@ class Session:
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
         from adaptbot_cli.adapters.planner.choice import LIBRARY
-        from adaptbot_cli.core.parsing import parse
+        from adaptbot_cli.core.parse import parser
         from adaptbot_cli.errors import ModelError
 
         request = self.request
-        turns = pursue(self.task, self.kg, parse, request.policy, self.replans, request.full)
+        turns = pursue_each(
+            request.task,
+            self.read,
+            self.kg,
+            parser(self.kg),
+            request.policy,
+            self.replans,
+            request.full,
+        )
         try:
             result = drive(turns, self.ports)
         except ModelError as error:
@@ -99,9 +108,10 @@ class Session:
                 self.recorder.planless(str(error))
             raise
         self.revisions[1] = result.revision or self.revisions[0]
-        if request.apply and self.keeper and result.outcome and result.verdict == "executable":
-            self.state = self.keeper.apply(self.task.name, result.outcome.deltas)
-            self.revisions[1] = self.state
+        for run in result.runs or (result,):
+            if request.apply and self.keeper and run.outcome and run.verdict == "executable":
+                self.state = self.keeper.apply(run.report.task.name, run.outcome.deltas)
+                self.revisions[1] = self.state
         if self.recorder is not None:
             self.recorder.finished(result)
         return result
@@ -124,22 +134,22 @@ def build(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.tasks import task_for
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
     human = human_of(request, prompts)
     start = None if request.dry_run else started_on(request.domain, workspace)
     kg = start.kg if start else load(workspace, request.domain)
-    task = task_for(request.task, kg, request.requires)
+    words = WordNet()
+    read = reader(kg, workspace, request.requires, request.without, words)
     planner = _planner(request, chosen, environ, kg, workspace, console)
     with ExitStack() as stack:
         asks = prompts is not None and request.ask and request.answers is None
-        screen = Screen(console, kg, task, asks, request.edit)
+        screen = Screen(console, kg, asks, request.edit)
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if chosen.model is None else request.replans
-        session = Session(request, kg, task, nobody, planner.name, screen, replans)
+        session = Session(request, kg, read, nobody, planner.name, screen, replans)
         session.asked = _asked_model(request, chosen)
         session.unused = getattr(human, "unused", list)
         transcript = session.transcript = _transcript(request, workspace)
@@ -148,6 +158,8 @@ def build(
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
             _tell_edits(console, session.edited, kg)
+            for note in start.notes:
+                console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace)
         if transcript is not None:
@@ -157,7 +169,7 @@ def build(
             planner, human = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
-        session.ports = Ports(planner, human, Rehearsal(kg), WordNet(), store, observers)
+        session.ports = Ports(planner, human, Rehearsal(kg), words, store, observers)
         yield session
 
 
@@ -176,7 +188,7 @@ def _planner(
         from adaptbot_cli.adapters.planner.library import Library
 
         others = {n: workspace.library(n) for n in workspace.domains() if n != request.domain}
-        return Library(library, kg.domain, others)
+        return Library(library, kg.domain, others, kg)
     from adaptbot_cli.adapters.display import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
     from adaptbot_cli.adapters.planner.local.prompts import for_model
@@ -240,7 +252,7 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
 
 def started_on(domain: str, workspace: Workspace) -> "Start":
     """Make the workspace ready; what follows is on its files as they are then."""
-    from adaptbot_cli.adapters.store.opening import start
+    from adaptbot_cli.adapters.store.keeper import start
 
     workspace.folder(domain)  # a domain that is not there makes no workspace
     return start(workspace.root, domain, partial(workspace.first_files, domain), started)
@@ -263,6 +275,7 @@ def keeper_of(
 def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Recorder"]:
     """Begin a transcript. Raises KnowledgeError if it cannot be written."""
     from adaptbot_cli import __version__
+    from adaptbot_cli.adapters.planner.choice import LIBRARY
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.errors import KnowledgeError
 
@@ -271,10 +284,22 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
         file = path.open("w", encoding="utf-8", newline="\n")
     except OSError as error:
         raise KnowledgeError(f"cannot write the transcript {path}: {error.strerror}") from error
-    with file:
-        recorder = Recorder(file, kg)
-        recorder.header({"version": __version__, **header})
+    recorder = Recorder(file, kg)
+    try:
+        try:
+            recorder.header({"version": __version__, **header})
+        except KnowledgeError:  # a transcript without its header is none
+            path.unlink(missing_ok=True)
+            raise
+        own = partial(trust.trust_own, path, content_of(header))
+        if guarded(header).get("model", LIBRARY) == LIBRARY:
+            recorder.signed = own  # without model and answers there is nothing to trust
+        else:
+            own()
         yield recorder
+    finally:
+        with suppress(OSError):  # each turn was flushed; what failed then was raised then
+            file.close()
 
 
 def _header(session: Session) -> dict[str, Any]:
@@ -286,6 +311,7 @@ def _header(session: Session) -> dict[str, Any]:
         "policy": request.policy,
         "replans": session.replans,
         "requires": list(request.requires),
+        **({"without": list(request.without)} if request.without else {}),
         "planner": session.planner,
         **session.asked,
         **_options(request),
@@ -328,9 +354,10 @@ def _options(request: Request) -> dict[str, Any]:
 
 
 def _head(workspace: Workspace) -> str | None:
-    from adaptbot_cli.adapters.store.history import head
+    from adaptbot_cli.adapters.store.git import Repo
 
-    return head(workspace.root)
+    repo = Repo.open(workspace.root)
+    return repo.head() if repo is not None else None
 
 
 def _tell_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:

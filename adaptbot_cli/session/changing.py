@@ -50,17 +50,28 @@ def commit(home: Home, proposal: Proposal) -> str | None:
         KnowledgeError: it cannot be written, or would leave what the domain does not allow;
             nothing has changed then.
     """
+    from adaptbot_cli.adapters.store.trailers import compose
+
     store = keeper(home)
     by = person()
     trailers = [*proposal.trailers, *([("By", by)] if by else [])]
-    told = "".join(f"{key}: {_one_line(value)}\n" for key, value in trailers)
-    return store.change(proposal.delta, f"{_one_line(proposal.subject)}\n\n{told}")
+    return store.change(proposal.delta, compose(proposal.subject, trailers))
+
+
+def judge(home: Home, delta: Delta) -> None:
+    """Judge a change as its commit would. Raises KnowledgeError: the domain does not allow it."""
+    from adaptbot_cli.adapters.store.keeper import Held, refusal
+
+    held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
+    files = held.after(delta)
+    broken = held.new_faults(delta, files) if files else []
+    if broken:
+        raise KnowledgeError(refusal(held.where, broken, (), ""))
 
 
 def keeper(home: Home) -> "Keeper":
     """Make the workspace ready; return what commits changes that are no run's."""
-    from adaptbot_cli.adapters.store.keeper import Keeper, Origin
-    from adaptbot_cli.adapters.store.opening import start
+    from adaptbot_cli.adapters.store.keeper import Keeper, Origin, start
 
     root, domain = home.workspace.root, home.domain
     home.workspace.folder(domain)  # a domain that is not there makes no workspace
@@ -72,13 +83,9 @@ def _now() -> datetime:
     return datetime.now(UTC)
 
 
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
-
-
 def after(home: Home, delta: Delta) -> "Kg":
     """Return the graph as a change would leave it. Raises KnowledgeError."""
-    from adaptbot_cli.adapters.store.held import Held
+    from adaptbot_cli.adapters.store.keeper import Held
     from adaptbot_cli.adapters.store.reading import load_kg
 
     held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
@@ -91,20 +98,18 @@ def revert(home: Home, revision: str) -> Proposal:
     Raises:
         KnowledgeError: there is no such commit, or it is none that can be undone.
     """
-    from adaptbot_cli.adapters.store.blame import commit_of
-
-    versions = home.needed()
-    taught = commit_of(versions, revision)
-    if taught is None:
+    found = home.needed().commit_of(revision)
+    if found is None:
         raise KnowledgeError(f"{revision} changed nothing of the {home.domain}; see kg log")
-    sha = taught.commit.sha
+    commit, taught = found
+    sha, changes = commit.sha, taught.changes
     if taught.first:
         raise KnowledgeError(
             f"{sha[:7]} is where the versions begin; what it holds cannot be undone as a whole. "
             "`adaptbot kg retract NAME` takes back a single thing"
         )
-    entries = taught.changes.entries
-    if entries and not taught.changes.delta:
+    entries = changes.entries
+    if entries and not changes.delta:
         told = ", ".join(f"{entry.file}: {entry.name}" for entry in entries)
         raise KnowledgeError(
             f"{sha[:7]} changed entries that are not made of single facts ({told}); undo it with "
@@ -113,8 +118,8 @@ def revert(home: Home, revision: str) -> Proposal:
     notes = tuple(
         f"{e.file}: {e.name} was {e.sign} too; that stays: edit the file" for e in entries
     )
-    delta = taken_back(taught.changes.delta, Known(home.kg.domain, home.facts))
-    subject = f'revert: "{taught.commit.subject}"'
+    delta = taken_back(changes.delta, Known(home.kg.domain, home.facts))
+    subject = f'revert: "{commit.subject}"'
     return Proposal(delta, subject, (("Source", "revert"), ("Reverts", sha)), notes)
 
 
@@ -125,11 +130,9 @@ def is_answer(name: str) -> bool:
 
 def revert_answer(home: Home, answer: str) -> Proposal:
     """Propose to undo what one answer taught. Raises KnowledgeError if there is none such."""
-    from adaptbot_cli.adapters.store.blame import answered
-
-    taught, delta, question = answered(home.needed(), answer)
+    commit, delta, question = home.needed().answered(answer)
     delta = taken_back(delta, Known(home.kg.domain, home.facts))
-    trailers = (("Source", "revert"), ("Reverts", taught.commit.sha), ("Takes-back", answer))
+    trailers = (("Source", "revert"), ("Reverts", commit.sha), ("Takes-back", answer))
     return Proposal(delta, f"take back: the answer to {question}", trailers)
 
 
@@ -227,28 +230,20 @@ def commit_edits(home: Home, message: str) -> str | None:
         KnowledgeError: the edits leave what the domain does not allow, or no domain; they stay
             as they are, uncommitted.
     """
-    from adaptbot_cli.adapters.store.committing import recovered
-    from adaptbot_cli.adapters.store.files import lock
-    from adaptbot_cli.adapters.store.reading import load_kg
-    from adaptbot_cli.session.standing import new_faults
+    from adaptbot_cli.adapters.store.keeper import commit_hand_edits, edit_faults
 
     versions = home.needed()
-    with lock(home.workspace.root):
-        recovered(home.workspace.root)
-        edited = versions.edited()
+    with versions.repo.writing():
+        edited = [versions.path(name) for name in versions.edited()]
         if not edited:
             return None
-        load_kg(versions.files(None), f"kg/{home.domain}")
-        found = new_faults(home) if versions.head() else []
+        found = edit_faults(versions.repo, home.domain)
         if found:
             told = "; ".join(found[:_MOST])
             more = len(found) - _MOST
             rest = f"; and {more} more: see adaptbot kg validate" if more > 0 else ""
             raise KnowledgeError(f"the edits were not committed and stay as they are: {told}{rest}")
-        by = person()
-        trailers = "Source: hand edit\n" + (f"By: {_one_line(by)}\n" if by else "")
-        paths = [versions.path(name) for name in edited]
-        return versions.repo.commit(paths, f"{message.strip()}\n\n{trailers}", _now())
+        return commit_hand_edits(versions.repo, home.domain, edited, message, _now(), person())
 
 
 def preview_words(home: Home, delta: Delta) -> Words:

@@ -18,11 +18,11 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
         KnowledgeError: its folder cannot be read.
     """
     from adaptbot_cli.adapters.planner.checking import library_faults
-    from adaptbot_cli.adapters.store.files import settle
+    from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import check_files
 
-    settle(workspace.root)
-    kg, found, hints = check_files(workspace.files(domain))
+    files = settled(workspace.root, lambda: workspace.files(domain))
+    kg, found, hints = check_files(files)
     if kg is not None and kg.domain.name not in ("", domain):
         told = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
         found.append(f'domain.ttl, entry {kg.domain.name}: {told}; write "{domain}"')

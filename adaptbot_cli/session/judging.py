@@ -33,15 +33,18 @@ def verdict_changes(
 
 def _plans(kg: "Kg", folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
     """The library's plans for the domain's tasks, and for the names that they bear themselves."""
-    from adaptbot_cli.adapters.planner.library import Library, read_library
-    from adaptbot_cli.core.tasks import task_for
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.planner.library import Library, names_in, read_library
+    from adaptbot_cli.core.request import understand
     from adaptbot_cli.core.turns import Propose
     from adaptbot_cli.errors import ModelError
 
-    library = Library(tuple(folders), kg.domain)
+    library = Library(tuple(folders), kg.domain, kg=kg)
     names = [task.name for task in kg.domain.tasks]
     names += [plan.names[0] for plan in read_library(*folders)]
-    for task in {task.name: task for task in (task_for(name, kg) for name in names)}.values():
+    dishes, words = names_in(*folders), WordNet()
+    read = (understand(name, kg, words, dishes=dishes).tasks for name in names)
+    for task in {task.name: task for tasks in read for task in tasks}.values():
         try:
             yield task, library.propose(Propose(task)).text
         except ModelError:
@@ -50,7 +53,7 @@ def _plans(kg: "Kg", folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
 
 def _matters(delta: Delta, task: Task, plan: str, before: "Kg", now: "Kg") -> bool:
     """Whether a change can touch a plan: it names a thing of it, or may use one without a name."""
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parse
 
     changed = about(delta)
     if any(_used_unnamed(node, before) or _used_unnamed(node, now) for node in _subjects(delta)):

@@ -58,24 +58,19 @@ class Home:
     @cached_property
     def facts(self) -> frozenset[Triple]:
         """The single facts of the files as they are now, those about taught actions too."""
-        from adaptbot_cli.adapters.store.versions import Versions
+        from adaptbot_cli.adapters.store.versions import facts_of
 
         files = self.workspace.files(self.domain)
-        nowhere: object = None
-        versions = self.versions or Versions(self.workspace.root, self.domain, nowhere)  # type: ignore[arg-type]
-        return versions.facts(files)
+        return facts_of(files)
 
     @cached_property
     def pack(self) -> frozenset[Triple]:
         """The single facts that the bundled domain came with; none if it is not bundled."""
         from adaptbot_cli.adapters.store.reading import read_files
-        from adaptbot_cli.adapters.store.versions import Versions
+        from adaptbot_cli.adapters.store.versions import facts_of
         from adaptbot_cli.resources import bundled
 
-        nowhere: object = None
-        folder = bundled("kg") / self.domain
-        versions = Versions(folder, self.domain, nowhere)  # type: ignore[arg-type]
-        return versions.facts(read_files(folder))
+        return facts_of(read_files(bundled("kg") / self.domain))
 
     @cached_property
     def words(self) -> Words:
@@ -92,6 +87,8 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     Raises:
         KnowledgeError: there is no such version.
     """
+    from adaptbot_cli.adapters.store.versions import facts_of
+
     versions = home.needed()
     files_a: Mapping[str, bytes]
     last = next(versions.repo.log([f"kg/{home.domain}"]), None)
@@ -103,7 +100,7 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
         files_a = versions.files(a)
     files_b = versions.files(b)
     changes = versions.between(files_a, files_b)
-    words = home.words.also(versions.facts(files_a)).also(versions.facts(files_b))
+    words = home.words.also(facts_of(files_a)).also(facts_of(files_b))
     return changes, a, b or WORKING, words
 
 
@@ -113,13 +110,11 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
     Raises:
         UsageError: nothing is or was ever called so.
     """
-    from adaptbot_cli.adapters.store.blame import chapter
-
     versions = home.versions
     if versions is None:
         return
     if name is None:
-        yield from map(chapter, versions.taught())
+        yield from map(versions.chapter, versions.taught())
         return
     wanted = known_as(home, name)
     past = list(versions.taught())
@@ -134,7 +129,7 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
     ]
     if not found and not wanted:
         raise UsageError(f"nothing is or was called {name}{_near(home, name)}")
-    yield from map(chapter, found)
+    yield from map(versions.chapter, found)
 
 
 def _triples(taught: "Taught") -> frozenset[Triple]:
@@ -180,7 +175,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     Raises:
         UsageError: nothing is called so, or has no such property.
     """
-    from adaptbot_cli.adapters.store.blame import PACK, UNCOMMITTED, history, origins
+    from adaptbot_cli.adapters.store.versions import PACK, UNCOMMITTED
     from adaptbot_cli.core import describing
 
     wanted = known_as(home, name)
@@ -204,11 +199,11 @@ def why(home: Home, name: str, prop: str = "") -> Why:
             raise UsageError(f"there is no property {prop}; {name} has {_properties(home, wanted)}")
     if home.versions is None:
         return Why(name, {t: PACK if t in home.pack else UNCOMMITTED for t in facts})
-    found = origins(home.versions, facts, home.pack)
+    found = home.versions.origins(facts, home.pack)
     past = [
         turn
         for subject, predicate in (sorted(pairs) if prop else ())
-        for turn in history(home.versions, subject, predicate, home.pack)
+        for turn in home.versions.history(subject, predicate, home.pack)
     ]
     return Why(name, found, past)
 

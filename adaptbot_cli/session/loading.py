@@ -1,6 +1,6 @@
 """Where a graph comes from: the bundle, the workspace, a revision of it, files."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +8,8 @@ from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.request import Reading
+    from adaptbot_cli.core.words import Lexicon
 
 EDITS = " with edits"
 """Marks in a transcript that the graph was no revision: such a run cannot be played again."""
@@ -25,7 +27,7 @@ def load(
     Raises:
         UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
-    from adaptbot_cli.adapters.store.files import settled
+    from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 
     if at is not None:
@@ -33,6 +35,23 @@ def load(
         return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
     files = settled(workspace.root, lambda: workspace.files(domain))
     return load_kg(files, str(workspace.folder(domain)), read_graphs(facts))
+
+
+def reader(
+    kg: "Kg",
+    workspace: Workspace,
+    requires: Sequence[str] = (),
+    without: Sequence[str] = (),
+    lexicon: "Lexicon | None" = None,
+) -> "Callable[[str], Reading]":
+    """Return what reads requests on a graph, with the names of the plan library's dishes."""
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.planner.library import names_in
+    from adaptbot_cli.core.request import understand
+
+    dishes = names_in(*workspace.library(kg.domain.name))
+    words = lexicon or WordNet()
+    return lambda text: understand(text, kg, words, requires, without, dishes)
 
 
 def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
@@ -61,9 +80,11 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
 
 
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
-    from adaptbot_cli.adapters.store.history import files_at
+    from adaptbot_cli.adapters.store.git import Repo
+    from adaptbot_cli.adapters.store.keeper import files_at
     from adaptbot_cli.errors import KnowledgeError
 
-    if not workspace.exists:
+    repo = Repo.open(workspace.root) if workspace.exists else None
+    if repo is None:
         raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")
-    return files_at(workspace.root, domain, revision)
+    return files_at(repo, domain, revision)

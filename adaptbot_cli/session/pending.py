@@ -17,7 +17,8 @@ from adaptbot_cli.session.building import (
     started_on,
 )
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import EDITS, load
+from adaptbot_cli.session.loading import EDITS, load, reader
+from adaptbot_cli.session.resuming import is_own
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -51,14 +52,21 @@ def find_open(workspace: Workspace, domain: str) -> Open:
 
 
 def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> Open:
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.pending import Waiting, listed
-    from adaptbot_cli.core.tasks import task_for
 
     kg = load(workspace, domain)
     here = [run for run in runs if run.domain == domain]
-    waiting = [Waiting(task_for(r.task, kg, r.requires), r.plan, r.unknown) for r in here]
-    pending = drive(listed(waiting, kg, parse), _ports(kg, human_of(Request("", domain), None)))
+    waiting = []
+    for run in here:
+        reading = reader(kg, workspace, run.requires, run.without)(run.task)
+        reading = reading.confirmed() if run.confirmed else reading
+        for task in reading.tasks:
+            plan = run.plans.get(task.name, run.plan if len(reading.tasks) == 1 else "")
+            waiting += [Waiting(task, plan, run.unknown)] if plan else []
+    pending = drive(
+        listed(waiting, kg, parser(kg)), _ports(kg, human_of(Request("", domain), None))
+    )
     return Open(kg, waiting, pending, [run.path.stem for run in here])
 
 
@@ -123,14 +131,17 @@ def _remembering(workspace: Workspace, human: Human) -> Human:
     latest = max(_sittings(workspace).glob("*.yaml"), default=None)
     if latest is None or latest not in unfinished(_sittings(workspace)):
         return human
+    header, turns = read_cut(latest)
+    if not is_own(latest, header):  # who has answered in it nobody knows
+        return human
     memory = Memory()
-    memory.take(read_cut(latest)[1])
+    memory.take(turns)
     return RememberingHuman(memory, human) if memory.answers else human
 
 
 def answer(open_: Open, ports: Ports) -> "Sitting":
     """Go through the open questions, learn, and look at the tasks again."""
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.pending import sitting
 
-    return drive(sitting(open_.waiting, open_.kg, parse), ports)
+    return drive(sitting(open_.waiting, open_.kg, parser(open_.kg)), ports)

@@ -1,31 +1,53 @@
 """Runs that nobody takes part in: the check of a plan, and a transcript played again."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Observer
-from adaptbot_cli.core.tutor import inspect, pursue
+from adaptbot_cli.core.tutor import inspect, pursue_each
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import kg_of
+from adaptbot_cli.session.loading import kg_of, reader
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.plan import Task
 
 
-def check(text: str, task: "Task", kg: "Kg") -> Result:
-    """Check a plan's text on a graph, without model or human. Nothing in the world changes."""
+def check(text: str, task: Task, kg: "Kg", repair: bool = True) -> Result:
+    """Check a plan's text on a graph, without model or human. Nothing in the world changes.
+
+    Without `repair` the plan is judged as it is.
+    """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parse, text), ports)
+    return drive(inspect(task, kg, parser(kg), text, repair), ports)
+
+
+def check_request(
+    text: str,
+    request: str,
+    workspace: Workspace,
+    kg: "Kg",
+    requires: Sequence[str] = (),
+    without: Sequence[str] = (),
+    repair: bool = True,
+) -> Result:
+    """Check a plan's text for what a request asks: one task, as a plan is for one."""
+    reading = reader(kg, workspace, requires, without)(request)
+    if not reading.tasks:
+        return check(text, Task("", unread=(reading.refused,), said=request), kg, repair)
+    first, *others = reading.tasks
+    unread = (*first.unread, *(task.name for task in others))
+    return check(text, replace(first, unread=unread), kg, repair)
 
 
 def replay(
@@ -41,22 +63,26 @@ def replay(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import Player, read
     from adaptbot_cli.core.execute import Rehearsal
-    from adaptbot_cli.core.parsing import parse
-    from adaptbot_cli.core.tasks import task_for
+    from adaptbot_cli.core.parse import parser
     from adaptbot_cli.errors import UsageError
 
     header, turns = read(path)
     if "sitting" in header:
         raise UsageError(f"{path} tells the answers of `adaptbot pending answer`; it is no run")
     kg = kg or kg_of(header, path, workspace)
-    task = task_for(str(header.get("task", "")), kg, header.get("requires") or ())
+    text = str(header.get("task", ""))
+    read_it = reader(kg, workspace, header.get("requires") or (), header.get("without") or ())
     player = Player(path, kg, turns)
     ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
-    if turns and turns[0]["turn"] == "finished":  # the planner had no plan at all
-        result = drive(inspect(task, kg, parse, ""), ports)
+    planless = all(turn["turn"] != "propose" for turn in turns)
+    if turns and turns[-1]["turn"] == "finished" and planless:  # the planner had no plan at all
+        player.at = len(turns) - 1
+        [task, *_] = read_it(text).tasks
+        result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
-        result = drive(pursue(task, kg, parse, policy, replans, full), ports)
+        turns_of_it = pursue_each(text, read_it, kg, parser(kg), policy, replans, full)
+        result = drive(turns_of_it, ports)
     player.end(result)
     return result

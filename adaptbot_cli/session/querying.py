@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.sparql import form_of, reaches_out
+from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.changing import Proposal, after
@@ -16,12 +17,15 @@ from adaptbot_cli.session.loading import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.graphs import Answered
+    from adaptbot_cli.adapters.store.engine import Answered
+
+_SECONDS = 60.0
+"""How long a query of a person may take."""
 
 
 def prefixes(home: Home) -> dict[str, str]:
     """Return the prefixes that a query need not declare; ex is the domain's own namespace."""
-    from adaptbot_cli.adapters.store.turtle.terms import KNOWN_PREFIXES
+    from adaptbot_cli.adapters.store.turtle import KNOWN_PREFIXES
 
     return {**KNOWN_PREFIXES, "ex": home.kg.domain.namespace}
 
@@ -32,14 +36,14 @@ def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
     Raises:
         UsageError: it is no valid query, is an update, or would reach the network.
     """
-    from adaptbot_cli.adapters.store.graphs import ask
+    from adaptbot_cli.adapters.store.engine import ask
 
-    _keep_in(text)
+    text = _kept_in(text)
     kg = load(home.workspace, home.domain, files) if files else home.kg
     graphs = {str(name): set(kg.graph(name)) for name in (ATTRIBUTES, STATES, SCHEMA)}
     if form_of(text) == "update":
         raise UsageError("this is an update, which would change the graph: --update makes it")
-    return ask(graphs, text, prefixes(home))
+    return within(lambda: ask(graphs, text, prefixes(home)), "this query", _SECONDS)
 
 
 def update(home: Home, text: str) -> Proposal:
@@ -48,7 +52,7 @@ def update(home: Home, text: str) -> Proposal:
     Raises:
         UsageError: it is no valid update, or would reach the network or change the classes.
     """
-    _keep_in(text)
+    text = _kept_in(text)
     if form_of(text) == "query":
         raise UsageError("this is a query, which changes nothing: ask it without --update")
     now = _updated(home, text)
@@ -59,15 +63,24 @@ def update(home: Home, text: str) -> Proposal:
 
 
 def _updated(home: Home, text: str) -> frozenset[Triple]:
-    from adaptbot_cli.adapters.store.graphs import update as updated
+    from adaptbot_cli.adapters.store.engine import update as updated
 
-    return updated(home.facts, home.kg.graph(SCHEMA), text, prefixes(home))
+    facts, classes, known = home.facts, home.kg.graph(SCHEMA), prefixes(home)
+    return within(lambda: updated(facts, classes, text, known), "this update", _SECONDS)
 
 
-def _keep_in(text: str) -> None:
-    word = reaches_out(text)
+def _kept_in(text: str) -> str:
+    """Return a query's text as it may be asked. Raises UsageError."""
+    text = one_newline(text)
+    if len(text) > LONGEST:
+        raise UsageError(f"the query has more than {LONGEST:,} characters; import takes a graph in")
+    try:
+        word = reaches_out(text)
+    except ValueError as problem:
+        raise UsageError(str(problem)) from None
     if word:
         raise UsageError(f"{word} would reach the network; a query asks this graph alone")
+    return text
 
 
 def exported(
@@ -78,7 +91,7 @@ def exported(
     Raises:
         KnowledgeError, UsageError: there is no such revision or domain.
     """
-    from adaptbot_cli.adapters.store.graphs import write_graph
+    from adaptbot_cli.adapters.store.engine import write_graph
 
     kg = load(workspace, domain, at=at)
     names = {"attribute": [ATTRIBUTES], "state": [STATES]}.get(part, [ATTRIBUTES, STATES])
@@ -93,7 +106,7 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
     Raises:
         KnowledgeError: a file cannot be read, or is not valid.
     """
-    from adaptbot_cli.adapters.store.graphs import read_graph
+    from adaptbot_cli.adapters.store.engine import read_graph
 
     given = read_graph(files)
     base = frozenset({*home.kg.graph(ATTRIBUTES), *home.kg.graph(STATES)})

@@ -1,9 +1,11 @@
 """Finds the run that was cut off, and what it knew."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli import trust
 from adaptbot_cli.core.turns import Human, Planner
 from adaptbot_cli.workspace import Workspace
 
@@ -37,7 +39,7 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
         raise UsageError(f'there is no run "{name}" in {workspace.root}; {_told(open_)}')
     if len(found) > 1:
         raise UsageError(f'"{name}" is short for {len(found)} runs; {_told(open_)}')
-    if has_ended(found[0].read_text(encoding="utf-8", errors="replace")):
+    if has_ended(found[0]):
         raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_told(open_)}")
     later = next((path for path in open_ if found[0] in chain(path)[:-1]), None)
     return later or found[0]
@@ -54,6 +56,21 @@ def header_of(path: Path) -> Mapping[str, Any]:
     from adaptbot_cli.adapters.transcript import read_cut
 
     return read_cut(path)[0]
+
+
+def guarded(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a header says that is obeyed only where the user trusts it."""
+    return {name: header[name] for name in trust.GUARDED if name in header}
+
+
+def content_of(header: Mapping[str, Any]) -> bytes:
+    """Return the part of a transcript that trust is bound to, as it grows with every turn."""
+    return json.dumps(guarded(header), sort_keys=True, default=str).encode()
+
+
+def is_own(path: Path, header: Mapping[str, Any]) -> bool:
+    """Whether a transcript is of a run of this user, or trusted as if it were."""
+    return trust.is_trusted(path, content_of(header))
 
 
 def chain(path: Path) -> list[Path]:
@@ -82,7 +99,10 @@ def spent(path: Path) -> "list[Spent]":
 
 
 def remembering(path: Path, planner: Planner, human: Human) -> tuple[Planner, Human]:
-    """Return a planner and a human that first give what a run that was cut off was given."""
+    """Return a planner and a human that first give what a run that was cut off was given.
+
+    Who has answered in a transcript that is not of this user nobody knows: only its plans count.
+    """
     from adaptbot_cli.adapters.transcript import (
         Memory,
         RememberingHuman,
@@ -92,5 +112,7 @@ def remembering(path: Path, planner: Planner, human: Human) -> tuple[Planner, Hu
 
     memory = Memory()
     for each in chain(path):
-        memory.take(read_cut(each)[1])
+        header, turns = read_cut(each)
+        own = is_own(each, header)
+        memory.take(turn for turn in turns if own or turn["turn"] in ("propose", "checked"))
     return RememberingPlanner(memory, planner), RememberingHuman(memory, human)

@@ -1,7 +1,5 @@
 """How a workspace stands."""
 
-from collections.abc import Mapping
-
 from adaptbot_cli.core.changes import Changes, Words
 from adaptbot_cli.core.standing import Status
 from adaptbot_cli.errors import KnowledgeError
@@ -10,6 +8,7 @@ from adaptbot_cli.session.knowing import Home
 
 def status(home: Home) -> Status:
     """Return how a workspace stands. Edits that cannot be read are told as a problem."""
+    from adaptbot_cli.adapters.store.keeper import edit_faults
     from adaptbot_cli.adapters.transcript import unfinished
 
     root, versions = home.workspace.root, home.versions
@@ -21,37 +20,13 @@ def status(home: Home) -> Status:
     if head:
         try:
             changes = versions.between(versions.files(head), versions.files(None))
-            found = new_faults(home) if changes else []
+            found = edit_faults(versions.repo, home.domain) if changes else []
         except KnowledgeError as error:
             problem = str(error)
     waiting = sorted(unfinished(home.workspace.transcripts))
     revision, subject = (last.sha, last.subject) if last else (head, "")
     edited = versions.edited()
     return Status(root, home.domain, revision, subject, edited, changes, problem, found, waiting)
-
-
-def new_faults(home: Home) -> list[str]:
-    """Return what is wrong with the files and was not yet at the last commit.
-
-    Raises:
-        KnowledgeError, PackError: the files make no domain.
-    """
-    versions = home.needed()
-    now = _faults(versions.files(None), f"kg/{home.domain}")
-    try:
-        before = set(_faults(versions.files("HEAD"), f"kg/{home.domain}"))
-    except KnowledgeError:
-        before = set()
-    return [fault for fault in now if fault not in before]
-
-
-def _faults(files: Mapping[str, bytes], where: str) -> list[str]:
-    from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, misplaced, triples
-    from adaptbot_cli.core.faults import faults
-
-    kg = load_kg(files, where)
-    graphs = {name: triples(files[name], f"{where}/{name}") for name in FACT_FILES}
-    return [*map(str, faults(kg)), *misplaced(graphs, kg.domain)]
 
 
 def words_for(home: Home, changes: Changes) -> Words:
@@ -63,10 +38,11 @@ def words_for(home: Home, changes: Changes) -> Words:
 def _words(home: Home) -> Words:
     """The words of the files as they are; those of the last commit if the files are no domain."""
     from adaptbot_cli.adapters.store.reading import load_kg
+    from adaptbot_cli.adapters.store.versions import facts_of
 
     try:
         return home.words
     except KnowledgeError:
         versions = home.needed()
         files = versions.files("HEAD")
-        return Words.of(load_kg(files, "HEAD").domain, versions.facts(files))
+        return Words.of(load_kg(files, "HEAD").domain, facts_of(files))

@@ -32,16 +32,14 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
     from rdflib import URIRef
 
     from adaptbot_cli.adapters.planner.library import library_files
-    from adaptbot_cli.adapters.store.files import settle
+    from adaptbot_cli.adapters.store.keeper import create, renamed, settled
     from adaptbot_cli.adapters.store.reading import load_kg, read_files
-    from adaptbot_cli.adapters.store.starting import create, renamed
     from adaptbot_cli.resources import bundled
 
-    settle(workspace.root)
     _refuse(workspace, name)
     source = workspace.folder(like) if like else bundled("starter")
     library = workspace.library(like) if like else (bundled("starter"),)
-    files = read_files(source)
+    files = settled(workspace.root, lambda: workspace.files(like) if like else read_files(source))
     iri = load_kg(files, str(source)).domain.iri
     pack = renamed(files, iri, URIRef(iri[: -len(_last(iri))] + name), name)
     kg = load_kg(pack, f"kg/{name}")

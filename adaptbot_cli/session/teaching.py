@@ -78,9 +78,9 @@ def _human(answers: Path | None, prompts: "Console | None") -> Human:
 
 
 def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) -> Added:
-    from adaptbot_cli.core.parsing import parse
+    from adaptbot_cli.core.parse import parser
 
-    turns = teach_thing(name, home.kg, parse)
+    turns = teach_thing(name, home.kg, parser(home.kg))
     reply: Any = None
     while True:
         try:

@@ -85,11 +85,11 @@ def _meant(name: str, told: str, home: Home) -> list[Triple]:
 
 
 def _origins(home: Home, triples: Sequence[Triple]) -> "list[Origin]":
-    from adaptbot_cli.adapters.store.blame import PACK, origins
+    from adaptbot_cli.adapters.store.versions import PACK
 
     if home.versions is None:
         return [PACK] if triples else []
-    found = origins(home.versions, triples, home.pack)
+    found = home.versions.origins(triples, home.pack)
     ordered = (found[triple] for triple in triples)
     return sorted(dict.fromkeys(ordered), key=lambda origin: origin.when)
 

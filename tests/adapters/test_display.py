@@ -118,7 +118,7 @@ class Seen:
 
 
 def screen(seen: Seen, kg: Kg, **options: bool) -> Screen:
-    return Screen(seen.console, kg, TASK, **options)
+    return Screen(seen.console, kg, **options)
 
 
 def final(width: int, **given: object) -> Seen:
@@ -373,7 +373,7 @@ def hostile_run(seen: Seen) -> None:
         HOSTILE,
     )
     kg.learn(known.delta)
-    shown = Screen(seen.console, kg, report.task)
+    shown = Screen(seen.console, kg)
     show_opening(seen.console, HOSTILE, HOSTILE, HOSTILE, HOSTILE)
     shown.asked(Propose(report.task))
     shown.replied(Checked(report), None)

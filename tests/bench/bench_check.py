@@ -10,8 +10,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from adaptbot_cli import session
 from adaptbot_cli.adapters.store import reading
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.workspace import Workspace
+from tests.asking import task_for
 from tests.bench.table import Table
 
 PUBLISHED_STEP = 0.5

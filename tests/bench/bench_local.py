@@ -32,9 +32,8 @@ from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Ask, Planner, Turn
 from adaptbot_cli.core.tutor import pursue
 from adaptbot_cli.errors import ModelError
@@ -42,6 +41,7 @@ from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive, load
 from adaptbot_cli.session.driving import Nowhere
 from adaptbot_cli.workspace import Workspace
+from tests.asking import task_for
 
 LIBRARY, SHOWN, LEFT_OUT = "library", "on board", "on board, own plan left out"
 ARMS = (LIBRARY, SHOWN, LEFT_OUT)

@@ -28,7 +28,7 @@ from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Keep, Kept, Proposal, Propose
 from adaptbot_cli.core.tutor import pursue

@@ -19,17 +19,16 @@ import rdflib
 from rdflib import RDF, Literal
 
 from adaptbot_cli import session
-from adaptbot_cli.adapters.store.keeper import Keeper
-from adaptbot_cli.adapters.store.opening import start
+from adaptbot_cli.adapters.store.keeper import Keeper, start
 from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, read_files, triples
 from adaptbot_cli.adapters.store.turtle import serialize
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, ex, learned
+from tests.asking import task_for
 from tests.bench.bench_check import PLAN
 from tests.bench.synthetic import grown
 from tests.bench.table import Table

@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.core.findings import CODES
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 
 BUILT_IN = [
     '### Plan\n```python\npick_up_obj("egg", "updated_onto.ttl") # the egg\nwait(5)\n```\nDone.',

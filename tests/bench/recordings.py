@@ -24,7 +24,7 @@ from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.tutor import inspect
@@ -65,7 +65,7 @@ class Bench:
     def check(self, text: str, task: Task, kg: Kg) -> Result:
         nobody: Any = None
         ports = Ports(nobody, nobody, Rehearsal(kg), self.lexicon, Nowhere())
-        return drive(inspect(task, kg, parse, text), ports)
+        return drive(inspect(task, kg, parser(kg), text), ports)
 
     def row(self, row: Row) -> Checked:
         text = row.said("llm")[0]

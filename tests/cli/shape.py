@@ -12,6 +12,13 @@ SUMMARY: dict[str, Any] = {
     "task": (str, None),
     "domain": str,
     "planner": str,
+    "request": {
+        "tasks": [str],
+        "required": [str],
+        "excluded": [str],
+        "amount": (int, None),
+        "unread": [str],
+    },
     "outcome": {"executable", "findings", "no_plan"},
     "goal": {"met": bool, "missing": [str]},
     "steps": [

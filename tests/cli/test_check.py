@@ -75,6 +75,33 @@ def test_findings_are_shown_and_nothing_is_dropped(home: Home) -> None:
     assert "dropped" not in ended.said
 
 
+def test_without_repair_a_plan_is_judged_as_it_is(home: Home) -> None:
+    plan = home.write("p", 'put_down_obj("egg", "pan")\nput_down_obj("spud", "pan")\n')
+    mended = home.adaptbot("check", plan, "--json").json()
+    told = home.adaptbot("check", plan, "--no-repair", "--json").json()
+    assert ("inserted",) in mapped(mended["steps"], "status")
+    assert mapped(told["steps"], "source", "status") == [
+        ('put_down_obj("egg", "pan")', "finding"),
+        ('put_down_obj("spud", "pan")', "finding"),
+    ]
+    assert mapped(told["findings"], "code", "step")[:2] == [("E401", 1), ("E201", 2)]
+
+
+def test_a_plan_that_needs_no_repair_is_the_same_without(home: Home) -> None:
+    plan = home.write("tea.plan", TEA)
+    asked = ("check", plan, "--task", "make tea", "--json")
+    repaired = home.adaptbot(*asked).json()["steps"]
+    whole = home.write("whole", "\n".join(map(_line, repaired)))
+    told = home.adaptbot(*asked[:1], whole, *asked[2:], "--no-repair").json()
+    assert told["goal"]["met"]
+    assert mapped(told["steps"], "call") == mapped(repaired, "call")
+
+
+def _line(step: dict) -> str:
+    action, *args = step["call"]
+    return f"{action}({', '.join(map(json.dumps, args))})"
+
+
 def test_a_finding_names_all_the_steps_that_the_table_marks(home: Home) -> None:
     lines = (published() / "plans.dev.jsonl").read_text().splitlines()
     row = next(r for r in map(json.loads, lines) if r["id"] == "gpt-3.5/cooking/16")

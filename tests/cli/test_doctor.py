@@ -51,6 +51,7 @@ def test_servers_are_asked_for_their_models(home: Home) -> None:
         assert found["model"]["found"] == f"ollama_chat/qwen (Ollama runs at {at.root})"
         assert found["Ollama"]["found"].endswith(": nomic-embed-text, qwen")
         home.write("robot/adaptbot.toml", f'model = "openai/qwen"\napi_base = "{at.url}"\n')
+        assert home.adaptbot("trust", "--yes").code == 0
         _, found = looked(home)
         assert found["model server"]["found"] == f"{at.url}: nomic-embed-text, qwen"
 

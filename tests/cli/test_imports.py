@@ -36,10 +36,10 @@ def test_a_run_with_the_library_needs_no_model(used: Home) -> None:
 def test_words_are_looked_up_only_where_one_is_unknown(used: Home) -> None:
     found = imported(used, "check", "-", stdin=b'pick_up_obj("egg")\nput_down_obj("egg", "bowl")\n')
     assert "rdflib" in found
-    assert found & {"litellm", "nltk", "questionary", "dulwich"} == set()
+    assert found & {"litellm", "nltk", "questionary", "pygit2"} == set()
 
 
 def test_looking_at_the_graph_needs_the_graph_only(used: Home) -> None:
     found = imported(used, "kg", "show", "egg")
     assert "rdflib" in found
-    assert found & {"litellm", "nltk", "questionary", "dulwich", "jinja2"} == set()
+    assert found & {"litellm", "nltk", "questionary", "pygit2", "jinja2"} == set()

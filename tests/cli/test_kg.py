@@ -34,7 +34,7 @@ NOT_THERE = {
     ("show", "vessel"): "near it: vessel or container",
     ("show", "fecth"): "near it: fetch",
     ("why", "gerlic"): "nothing is called gerlic; near it: garlic",
-    ("why", "pick_upp"): "near it: pick_up, pick_up_obj",
+    ("why", "pick_upp"): "near it: pick, pick_up, pick_up_obj",
     ("why", "omelete"): "nothing is called omelete",
     ("why", "make omelette"): "make omelette is a task, as tasks.ttl has it",
     ("why", "tools"): "tools is a class, as domain.ttl has it",

@@ -11,7 +11,6 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.answers import AnswersHuman
 from adaptbot_cli.adapters.display import Screen
-from adaptbot_cli.adapters.store.blame import answered, origins
 from adaptbot_cli.adapters.tables import changes, history, things
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core import view
@@ -20,7 +19,7 @@ from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson, absence, alias, existence, is_absent
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question
 from adaptbot_cli.core.static import number
@@ -126,7 +125,7 @@ def test_from_a_model_it_is_checked(teaching: Teaching, name: str) -> None:
     ports = Ports(Says(text), AbsentHuman(), Rehearsal(kg), NoWords(), Nowhere())
     result = drive(inspect(Task("fetch it"), kg, parse, text), ports)
     out = Console(file=io.StringIO(), width=80, no_color=True, highlight=False)
-    Screen(out, kg, result.report.task, "").finish(result, None)
+    Screen(out, kg).finish(result, None)
     told = out.file.getvalue()  # type: ignore[attr-defined]
     assert told.strip() and not _CONTROLS.search(told)
     json.dumps(summary(result, kg, "text", (None, None)))
@@ -224,7 +223,7 @@ def test_all_of_them_in_one_commit_each_with_its_answer(kept: knowing.Home) -> N
     [learned, _] = list(knowing.chapters(kept, None))
     shown(history.log([learned], kept.words, False))
     for told in learned.answers:
-        taught = answered(kept.needed(), f"{learned.origin.revision[:7]}.{told.number}")[1]
+        taught = kept.needed().answered(f"{learned.origin.revision[:7]}.{told.number}")[1]
         assert taught.added and taught.removed == frozenset()
     names = {normal(name) for name in NAMES.values()} - {""}
     for name in names:
@@ -232,4 +231,4 @@ def test_all_of_them_in_one_commit_each_with_its_answer(kept: knowing.Home) -> N
         assert re.fullmatch(r"http://example\.org/[A-Za-z][A-Za-z0-9_]{0,65}", entity)
         shown(things.one(kept.kg, view.thing(kept.kg, entity)))
     facts = {t for t in kept.facts if t not in kept.pack}
-    assert {o.source for o in origins(kept.needed(), facts, kept.pack).values()} == {"answer"}
+    assert {o.source for o in kept.needed().origins(facts, kept.pack).values()} == {"answer"}

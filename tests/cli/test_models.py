@@ -66,7 +66,7 @@ def test_a_run_with_a_model_says_who_plans_and_what_it_used(home: Home) -> None:
     assert "  1 answer · 500 prompt + 60 completion tokens · no cost" in rest
     assert ended.err == ""
     (transcript,) = (home.workspace / "transcripts").iterdir()
-    header, proposal, *_ = documents(transcript)
+    header, _understood, proposal, *_ = documents(transcript)
     assert (header["planner"], header["temperature"], header["seed"]) == ("openai/planner", 0, 0)
     assert proposal["tokens"] == {"prompt": 500, "completion": 60} and proposal["cost_usd"] == 0
 
@@ -87,6 +87,7 @@ def test_settings_name_the_model_and_its_limits(home: Home) -> None:
             "robot/adaptbot.toml",
             f'model = "openai/planner"\napi_base = "{at.url}"\nmax_tokens = 900\nseed = 3\n',
         )
+        assert home.adaptbot("trust", "--yes").code == 0
         ended = home.adaptbot("run", "make omelette", "--no-human", "--dry-run", ADAPTBOT_MODEL="")
         assert len(at.asked) == 1 and at.asked[0].body["seed"] == 3
     assert ended.code == 3
@@ -329,7 +330,7 @@ def test_what_the_interrupted_run_has_spent_counts(home: Home) -> None:
         assert home.adaptbot(*run).code == 3
         (path,) = (home.workspace / "transcripts").iterdir()
         parts = path.read_text(encoding="utf-8").replace("replans: 0", "replans: 3").split("---\n")
-        path.write_text("---\n".join(parts[:4]), encoding="utf-8")  # killed at the re-prompt
+        path.write_text("---\n".join(parts[:5]), encoding="utf-8")  # killed at the re-prompt
         more = home.adaptbot("resume")
         assert "The token budget is used up: 560 of 900" in more.said and len(at.asked) == 1
         assert "openai/planner (from the interrupted run)" in more.said

@@ -24,7 +24,8 @@ def taught(home: Home) -> Home:
     told = home.write("told.yaml", ANSWERS)
     with scripted_model(PLAN) as model:
         run = ("run", "make a snack", "--replans", "0", "--answers", told)
-        assert home.adaptbot(*run, **model.environment()).code == 0
+        ended = home.adaptbot(*run, **model.environment())
+        assert ended.code == 3 and "✗ executable" in ended.said
     return home
 
 

@@ -7,7 +7,7 @@ from rdflib import RDF, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
-from adaptbot_cli.adapters.store.turtle import patch
+from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.core.acting import text as passages
 from adaptbot_cli.core.acting.draft import Draft, from_action
 from adaptbot_cli.core.acting.offers import changes, needs
@@ -208,7 +208,7 @@ def test_any_name_gives_facts_that_can_be_written_and_read_again(name: str) -> N
     draft = from_action(name, kg.domain.actions["drill_hole"], kg.domain)
     action, delta = written(draft, kg)
     old = PREFIXES + FILES["actions.ttl"]
-    again = patch(old, [], sorted(delta.added), "actions.ttl")
+    again = rewrite(old, [], sorted(delta.added), "actions.ttl")
     files = {"actions.ttl": again.removeprefix(PREFIXES)}
     assert again.startswith(PREFIXES)
     reloaded = workshop_with(files)

@@ -3,7 +3,7 @@
 import pytest
 
 from adaptbot_cli.core.examine import examine
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from tests.worlds import scene
 
 

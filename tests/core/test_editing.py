@@ -4,7 +4,7 @@ import pytest
 
 from adaptbot_cli.core.editing import Edit, edited, lines
 from adaptbot_cli.core.examine import examine
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question, back
 from adaptbot_cli.core.report import Report
@@ -29,7 +29,7 @@ def test_only_what_the_plan_writes_can_be_edited_by_the_numbers_on_the_screen() 
     assert [step.status for step in report.steps] == [
         "inserted", "ok", "ok", "inserted", "ok",
     ]  # fmt: skip
-    assert [line.number for line in lines(report, parse(PLAN))] == [2, 3, 5]
+    assert [line.number for line in lines(report)] == [2, 3, 5]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import LATER
+from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Propose
 from tests.driving import Script, drive
 from tests.worlds import changed, parsed, scene, workshop
@@ -96,10 +97,33 @@ def test_e504_where_a_person_rejects_a_plan(edits: list[Edit], told: bool) -> No
     assert ("E504" in {f.code for turn in proposed for f in turn.findings}) == told
 
 
+REQUESTS = {
+    "E505": ({"excluded": ("plank",), "barred": frozenset({"plank"})}, {}),
+    "E506": ({"amount": 2}, {"amount": 1}),
+    "W604": ({"unread": ("quickly",)}, {}),
+    "W606": ({"thin": True}, {"thin": False}),
+}
+"""What a task asks for besides, with which one plan has the finding, and without."""
+
+
+@pytest.mark.parametrize("code", REQUESTS)
+def test_what_was_asked_raises_the_code_and_nothing_else_does(code: str) -> None:
+    plan = "take(plank)\nput(plank, bench)"
+    with_it, without = (
+        examine(parsed(plan), plan, Scene(workshop(), Task("work", (), **asked)))
+        for asked in REQUESTS[code]
+    )
+    assert code in {f.code for f in with_it.findings}
+    assert code not in {f.code for f in without.findings}
+
+
 def test_every_code_has_a_fixture() -> None:
-    parsing = Path(__file__).with_name("parsing").glob("*.py")
+    parsing = Path(__file__).with_name("parse").glob("*.py")
     of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
-    assert set(CODES) == set(PLANS) | set(REPLANS) | set(NEEDLESS) | REJECTED | of_texts
+    # W605 has its cases in test_repair.py
+    assert set(CODES) == set(PLANS) | (
+        set(REPLANS) | set(NEEDLESS) | REJECTED | set(REQUESTS) | {"W605"} | of_texts
+    )
 
 
 @pytest.mark.parametrize("code", ["W601", "W602"])

@@ -9,7 +9,7 @@ from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.journal import Journal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import EDIT, YES, Answer, Choice, Question, back
 from adaptbot_cli.core.turns import Ask, Given, Turn

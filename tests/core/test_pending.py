@@ -4,7 +4,7 @@ from collections.abc import Generator
 from typing import Any
 
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.pending import Pending, Sitting, Waiting, listed, sitting
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import STOP, Answer

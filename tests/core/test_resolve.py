@@ -152,8 +152,10 @@ def test_a_broader_word_is_taken_one_edge_away_only() -> None:
     assert by_words("lumber", related("board", "hypernym", 2)).entity is None
 
 
-def test_a_narrower_word_is_a_suggestion_only() -> None:
-    named = by_words("lumber", related("board", "hyponym", 1))
+def test_one_of_few_narrower_words_is_meant_one_of_many_suggested() -> None:
+    assert by_words("lumber", related("board", "hyponym", 1)).entity == URIRef(W + "board")
+    others = (Related(w, "hyponym", 1, 1, "noun.artifact", w) for w in ("beam", "stave", "lath"))
+    named = by_words("lumber", related("board", "hyponym", 1), *others)
     assert named.entity is None
     assert named.finding is not None and named.finding.candidates == ("board",)
 

@@ -245,6 +245,9 @@ OUTSIDE = (
     "SELECT * { BIND(''' ' ''' AS ?x) SERVICE <http://x/> {} } # '",
     "LOAD <http://x/>",
     "DELETE WHERE { ?s ?p ?o } ; LOAD SILENT <http://x/> INTO GRAPH <x:y>",
+    "SELECT * { ?s ?p ?o FILTER(?s<?o)SERVICE ex:there#>\n{} }",
+    "SELECT * { ?s ?p ?o FILTER NOT EXISTS { SERVICE \u10300:there {} } }",
+    "DELETE {} INSERT { ?a ?b ?c } WHERE { SERVICE <http://x/> { ?a ?b ?c } }",
 )
 INSIDE = (
     "SELECT ?service WHERE { ?service ex:load ?load }",
@@ -252,6 +255,7 @@ INSIDE = (
     "SELECT * { ?s ex:service <http://x/> }",
     "ASK { ?s ?p ex:load }",
     "SELECT * { ?s :service ?o }",
+    "SELECT * { ?from ex:loaded 'SERVICE <http://x/> {}' } # FROM <http://x/>",
 )
 
 
@@ -263,3 +267,17 @@ def test_what_would_reach_the_network_is_seen(text: str) -> None:
 @pytest.mark.parametrize("text", INSIDE)
 def test_what_stays_here_is_let_through(text: str) -> None:
     assert reaches_out(text) == ""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "SELECT * { ?s ?p trueSERVICE<http://x/>{} }",
+        "SELECT * { SERVICEex:there {} }",
+        "SELECT * { SERVICE",
+    ],
+)
+def test_what_cannot_be_parsed_is_not_trusted(text: str) -> None:
+    """The engine reads the first two as SERVICE."""
+    with pytest.raises(ValueError, match="no valid SPARQL"):
+        reaches_out(text)

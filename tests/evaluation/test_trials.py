@@ -27,6 +27,16 @@ def test_a_good_plan_is_good_in_each_arm(arm: str) -> None:
     assert found.prompt_tokens > 100 and found.completion_tokens > 10
 
 
+@pytest.mark.parametrize(
+    "name", ["work", "bord", "xyzzy now", "work without glitter", "work without a plank"]
+)
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_name_that_the_domain_does_not_list_is_no_finding(arm: str, name: str) -> None:
+    found, _ = perform(row(GOOD, task=name), arm, world(), Rules())
+    assert (found.goal_met, found.findings, found.questions) == (True, {}, 0)
+    assert (found.task, found.required) == (name, ("board",))
+
+
 def test_the_model_alone_is_taken_at_its_word() -> None:
     alone, refined = trial("llm", 'bore("board")'), trial("llm+kg", 'bore("board")')
     assert not alone.executable and alone.findings == {"E101": 1}

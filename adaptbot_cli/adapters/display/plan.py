@@ -20,7 +20,7 @@ from adaptbot_cli.adapters.display.words import (
     said,
     wrapped,
 )
-from adaptbot_cli.core.findings import CODES
+from adaptbot_cli.core.findings import is_open
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding, Step
 from adaptbot_cli.core.report import Report
@@ -165,7 +165,7 @@ def _findings(findings: Iterable[Finding]) -> Table:
     for column in table.columns[:2]:
         column.no_wrap = True
     for finding, places in _merged(findings):
-        mark = BAD if CODES[finding.code].open else WARNING
+        mark = BAD if is_open(finding) else WARNING
         code = Text(f"{mark.sign} {finding.code}", mark.style)
         table.add_row(code, Text(_where(places, finding), "dim"), _sentence(finding))
     return table

@@ -24,7 +24,7 @@ from adaptbot_cli.adapters.display.words import (
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.turns import (
     Amend,
@@ -36,6 +36,7 @@ from adaptbot_cli.core.turns import (
     Propose,
     Review,
     Turn,
+    Understood,
 )
 
 WIDE = 110
@@ -55,7 +56,6 @@ class Screen:
 
     console: Console
     kg: Kg
-    task: Task
     asks: bool = True
     edits: bool = False
     _report: Report | None = field(default=None, init=False)
@@ -75,7 +75,10 @@ class Screen:
 
     def replied(self, turn: Turn, reply: object) -> None:
         """Show what came of a turn."""
-        if isinstance(turn, Checked):
+        if isinstance(turn, Understood):
+            doubtful = bool(turn.reading.doubts) or not turn.reading.tasks
+            self._note(WARNING if doubtful else PASSING, f"understood: {turn.reading.line}")
+        elif isinstance(turn, Checked):
             self._report = turn.report
             mark = PASSING if turn.report.executable else WARNING
             self._note(mark, f"checked: {summary(turn.report)}")
@@ -97,10 +100,14 @@ class Screen:
 
         `committed` is the revision that holds what was learned, if it was committed.
         """
-        self._gap()
-        self.console.print(_both(result, self.kg, self.console))
-        self.console.print()
-        self.console.print(_verdict(result))
+        for run in result.runs or (result,):
+            self._gap()
+            if result.runs:
+                self.console.print(said(run.report.task.name, "bold", 300))
+            self.console.print(_both(run, self.kg, self.console))
+            self.console.print()
+            self.console.print(_verdict(run))
+            self._last = None
         self.console.print(_sizes(result, committed))
         if result.usage != Usage():
             self.console.print(_cost(result.usage))
@@ -167,13 +174,18 @@ def _after(outcome: Outcome | None) -> tuple[Finding, ...]:
 
 
 def _verdict(result: Result) -> Text:
+    outcome = result.outcome
     if result.verdict == "no_plan":
         return noted(BAD, "no plan: no step could be read from the text", "bold")
     if result.goal_met:
-        return noted(GOOD, "executable, goal met", "bold")
+        task = result.report.task
+        how = f" (that of {task.judged_by})" if task.judged_by and not task.known else ""
+        return noted(GOOD, f"executable, goal met{how}", "bold")
     said_so = "executable, but the goal is not met"
     if result.verdict != "executable":
         said_so = "not executable"
+    elif {f.code for f in (*result.report.open, *_after(outcome))} == {"W606"}:
+        return noted(BAD, "executable; no goal is known for this task", "bold")
     return noted(BAD, f"{said_so}: {_lacking(result)}", "bold")
 
 

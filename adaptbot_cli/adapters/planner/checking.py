@@ -7,7 +7,7 @@ from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, re
 from adaptbot_cli.core import resolve
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import nearest, normal
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.errors import PackError

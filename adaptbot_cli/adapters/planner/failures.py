@@ -74,13 +74,15 @@ def failure(
     kind, causes = type(error).__name__, list(_causes(error))
     if isinstance(error, TooSlow):
         return Failure("it took too long", again=True)
-    if isinstance(error, TooLong):
-        return Failure(f"its answer is longer than {LONGEST:,} characters, which no plan is")
     if any(type(cause).__name__ == "JSONDecodeError" for cause in causes):
         return Failure(f"{called.place} does not speak the OpenAI protocol: it sent broken JSON")
+    status = getattr(error, "status_code", None)
+    if isinstance(status, int) and 300 <= status < 400:
+        return Failure(f"{called.place} sends one elsewhere ({status}), which is not followed")
+    if any(isinstance(cause, TooLong) for cause in causes):
+        return Failure(f"its answer is longer than {LONGEST:,} characters, which no plan is")
     if kind == "NotFoundError" or _no_provider(error):
         return Failure(_wrong_name(error, called, known()))
-    status = getattr(error, "status_code", None)
     told = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
     if told is not None:
         return Failure(told.format(detail=_quoted(error, called)))

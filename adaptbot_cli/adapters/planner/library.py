@@ -1,27 +1,147 @@
 """The plan library: generic, hand-written plans, adapted to a task's own ingredients."""
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from types import BuiltinMethodType
 from typing import Any
 
 import jinja2
-import yaml
+from jinja2 import nodes
+from jinja2.exceptions import SecurityError
 from jinja2.sandbox import ImmutableSandboxedEnvironment
+from jinja2.utils import Namespace
+from jinja2.visitor import NodeTransformer
 
+from adaptbot_cli import bounded
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.names import affirmed, misspelt, singulars, words
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import misspelt, normal, singulars, words
+from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.request import excludes, usable
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 
-# A workspace may be another person's: its templates reach nothing but what they are given.
-_JINJA = ImmutableSandboxedEnvironment(
-    undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
+_NODES = frozenset(
+    """Template Output TemplateData Name NSRef Const List For If Assign Filter Test Compare Operand
+    And Or Not Add Getattr Getitem Slice Call Keyword CondExpr""".split()  # noqa: SIM905
 )
+_FILTERS = frozenset(
+    """count d default first last length list lower reject reverse select sort trim unique
+    upper""".split()  # noqa: SIM905
+)
+_METHODS = frozenset(
+    """split strip lower upper startswith endswith removeprefix removesuffix""".split()  # noqa: SIM905
+)
+"""What a template may use: nothing that makes long texts of short ones, or calls itself."""
+
+_MOST_STEPS = 10_000
+"""How often the loops of one template may go round, all together."""
+
+_LONGEST = 1_000
+"""How many entries or characters a list or text may have that a template puts together."""
+
+
+@dataclass(slots=True)
+class _Steps:
+    """Counts the steps of all loops of one rendering."""
+
+    taken: int = 0
+
+    def __call__(self, items: Iterable[Any]) -> Iterator[Any]:
+        """Go through what a loop goes through. Raises SecurityError: there are too many steps."""
+        for item in items:
+            self.taken += 1
+            if self.taken > _MOST_STEPS:
+                raise SecurityError(f"its loops go round more than {_MOST_STEPS:,} times")
+            yield item
+
+
+class _Sandbox(ImmutableSandboxedEnvironment):
+    """Renders a plan of anyone: it reaches nothing but what it is given, and comes to an end."""
+
+    intercepted_binops = frozenset({"+"})
+
+    def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
+        """Add, unless the sum is too long."""
+        if sum(len(part) for part in (left, right) if hasattr(part, "__len__")) > _LONGEST:
+            raise SecurityError("a list or text becomes too long")
+        return super().call_binop(context, operator, left, right)
+
+    def is_safe_callable(self, obj: Any) -> bool:
+        """Whether a template may call it, whatever name it has given to it."""
+        method = isinstance(obj, BuiltinMethodType) and obj.__name__ in _METHODS
+        return method or isinstance(obj, _Steps) or obj in (Namespace, self.flat)
+
+    def flat(self, items: list[Any]) -> list[Any]:
+        """Return a list that is written in a template: of words, not of lists of lists."""
+        if any(isinstance(item, list | tuple | dict) for item in items):
+            raise SecurityError("a list may hold no list")
+        return items
+
+    def read(self, source: str) -> jinja2.Template:
+        """Compile a template. Raises TemplateError: it uses what no plan needs."""
+        tree = self.parse(source)
+        for node in tree.find_all(nodes.Node):
+            used = type(node).__name__ if type(node).__name__ not in _NODES else ""
+            if isinstance(node, nodes.For) and node.recursive:
+                used = "recursive"
+            elif isinstance(node, nodes.Filter) and node.name not in _FILTERS:
+                used = f"the filter {node.name}"
+            elif isinstance(node, nodes.Call):
+                used = _called(node.node)
+            elif isinstance(node, nodes.Name) and node.name.startswith("_"):
+                used = node.name
+            if used:
+                raise jinja2.TemplateSyntaxError(f"a plan may not use {used}", node.lineno)
+        return self.from_string(_Bounds().visit(tree))
+
+
+def _called(node: nodes.Expr) -> str:
+    """What a call calls, "" if a template may call it."""
+    if isinstance(node, nodes.Getattr):
+        return "" if node.attr in _METHODS else f"the method {node.attr}"
+    name = getattr(node, "name", "")
+    return "" if name == "namespace" else f"the function {name}"
+
+
+class _Bounds(NodeTransformer):
+    """Puts a counter around what each loop goes through, and a look into each list."""
+
+    def visit_For(self, node: nodes.For) -> nodes.Node:
+        self.generic_visit(node)
+        node.iter = nodes.Call(nodes.Name("_step", "load"), [node.iter], [], None, None)
+        return node.set_lineno(node.lineno)
+
+    def visit_List(self, node: nodes.List) -> nodes.Node:
+        self.generic_visit(node)
+        flat = nodes.EnvironmentAttribute("flat")
+        return nodes.Call(flat, [node], [], None, None).set_lineno(node.lineno)
+
+
+def _shown(value: Any) -> Any:
+    """Return what a template writes: a word or a number."""
+    if isinstance(value, list | tuple | dict):
+        raise SecurityError("a list stands where a word should")
+    return value
+
+
+_JINJA = _Sandbox(
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    autoescape=False,
+    finalize=_shown,
+)
+_JINJA.globals = {"namespace": Namespace}
 
 _A_SLIP = 0.75
 """How like a task's name what was said must be, to be asked about."""
+
+_NAMED = re.compile(r"\"([^\"]*)\"")
+"""A name in a line of a plan, as templates write it."""
 
 _SLIPS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """What an expression of a template may raise by itself."""
@@ -38,27 +158,43 @@ class LibraryPlan:
     roles: dict[str, list[str]]
     body: str
 
-    def render(self, task: str, items: Iterable[str]) -> str:
-        """Write the plan for a task's items, one call a line. Raises PackError."""
+    def render(self, task: str, items: Iterable[str], asked: Task | None = None) -> str:
+        """Write the plan for a task's items, one call a line. Raises PackError.
+
+        What was `asked` gives the template the `place` to bring things to and what is to be
+        `inside` which vessel.
+        """
+        asks: dict[str, Any] = {"place": asked.place, "inside": dict(asked.inside)} if asked else {}
         try:
-            template = _JINJA.from_string(self.body)
-            return template.render(task=task, items=list(items), roles=self.roles)
-        except (jinja2.TemplateError, *_SLIPS) as error:
+            template = _JINJA.read(self.body)
+            given = {"task": task, "items": list(items), "roles": self.roles}
+            given |= {"place": "", "inside": {}, **asks}
+            return template.render(given, _step=_Steps())
+        except (jinja2.TemplateError, RecursionError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
             where = f"{self.path}, line {line + self._front_lines}" if line else str(self.path)
-            told = str(error).rstrip(".")
+            told = str(getattr(error, "message", None) or error).rstrip(".")
+            if isinstance(error, RecursionError):
+                told = "it is nested too deep"
             raise PackError(f"{where}: {told}; correct the template there") from error
 
     @property
     def _front_lines(self) -> int:
         """The lines of the file before the template."""
-        text = self.path.read_text(encoding="utf-8")
-        return text.count("\n") - self.body.count("\n")
+        return _text(self.path).count("\n") - self.body.count("\n")
 
 
 def read_library(*folders: Path) -> list[LibraryPlan]:
     """Read every plan of some folders. Raises PackError."""
     return [read_plan(path) for path in library_files(*folders)]
+
+
+def names_in(*folders: Path) -> list[str]:
+    """Return the names that the plans of some folders serve; none if one of them has faults."""
+    try:
+        return [name for plan in read_library(*folders) for name in plan.names]
+    except PackError:  # told when a plan is wanted
+        return []
 
 
 def library_files(*folders: Path) -> list[Path]:
@@ -83,15 +219,12 @@ def read_plan(path: Path) -> LibraryPlan:
 
 @lru_cache(maxsize=512)
 def _read(path: Path, _changed: int) -> LibraryPlan:
-    try:
-        parts = path.read_text(encoding="utf-8").split("---\n", 2)
-    except UnicodeDecodeError as error:
-        raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
+    parts = _text(path).split("---\n", 2)
     if len(parts) != 3:
         remedy = "write YAML between two lines of ---, then the plan"
         raise PackError(f"{path}: has no front matter; {remedy}")
     try:
-        front: Any = yaml.safe_load(parts[1])
+        [front] = bounded.parse_yaml(parts[1], f"{path}: its front matter", PackError)
         return LibraryPlan(
             path,
             _words(front, "names") or _refuse("names"),
@@ -100,10 +233,18 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
             {str(role): list(_words(front["roles"], role)) for role in front.get("roles") or ()},
             parts[2],
         )
-    except (yaml.YAMLError, KeyError, AttributeError, TypeError) as error:
+    except (KeyError, AttributeError, TypeError, ValueError) as error:
         told = " ".join(str(error).split())
         remedy = "see the plan library in docs/domains.md"
         raise PackError(f"{path}: its front matter lacks or garbles {told}; {remedy}") from error
+
+
+def _text(path: Path) -> str:
+    data = bounded.read_bytes(path, bounded.SETTINGS, PackError)
+    try:
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
 
 
 def _words(front: Any, key: str) -> tuple[str, ...]:
@@ -147,12 +288,14 @@ class Library:
     """Plans without a model: the nearest plan of the library, with the task's own items.
 
     The library is that of `folders`, an earlier one before a later one; `others` are those of the
-    domains that a task may be of instead.
+    domains that a task may be of instead. What a task excludes, or what on this home's graph may be
+    something that it excludes, is left out.
     """
 
     folders: tuple[Path, ...]
     domain: Domain
     others: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
+    kg: Kg | None = None
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
@@ -173,7 +316,21 @@ class Library:
                 "adaptbot.toml or in ADAPTBOT_MODEL, or set a provider's key (OPENAI_API_KEY)."
             )
         plan, name = found
-        return Proposal(plan.render(turn.task.name, self._items(plan, name, turn)), calls=0)
+        items = self._items(plan, name, turn)
+        return Proposal(self._allowed(plan.render(turn.task.name, items, turn.task), turn), calls=0)
+
+    def _usable(self, name: str, turn: Propose) -> bool:
+        """Whether a name may stand in a plan: one that is required and unsure is asked about."""
+        if self.kg is None:
+            return True
+        asked = any(set(self.kg.find(name)) & set(self.kg.find(n)) for n in turn.task.required)
+        return not excludes(name, turn.task, self.kg) if asked else usable(name, turn.task, self.kg)
+
+    def _allowed(self, text: str, turn: Propose) -> str:
+        """A plan without the lines that name something excluded."""
+        lines = text.splitlines()
+        kept = (ln for ln in lines if all(self._usable(n, turn) for n in _NAMED.findall(ln)))
+        return "\n".join(kept)
 
     def _meant(self, turn: Propose) -> str:
         """The listed task that a slip of the pen in a task's name may mean, for a sentence."""
@@ -191,14 +348,10 @@ class Library:
         return f"If it is a task of {' or '.join(self.others)}, add --domain. "
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
-        """The task's items; of a task that is not listed, the usual ones and what its name adds."""
-        if turn.task.known:
-            return list(turn.task.required)
-        parts = {part for item in turn.task.required for part in words(item)}
-        states = {word for prop in self.domain.properties.values() for word in prop.state_words}
-        passed = self.domain.fillers | parts | _folded(name) | states
-        said = affirmed(turn.task.name)
-        extra = [word for word in said if not {word, *singulars(word)} & passed]
-        told = [*turn.task.required, *extra]
-        usual = plan.base if told and plan.base is not None else plan.ingredients
-        return list(dict.fromkeys((*usual, *told)))
+        """The task's items; of a task that is not listed, the usual ones and what was asked for."""
+        told = turn.task.required
+        judged = self.domain.task_classes.get(normal(turn.task.judged_by))
+        own = set(told) - {*(judged.required if judged else ())}
+        usual = plan.base if own and plan.base is not None else plan.ingredients
+        found = dict.fromkeys(told if turn.task.known else (*usual, *told))
+        return [item for item in found if item in told or self._usable(item, turn)]

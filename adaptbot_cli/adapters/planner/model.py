@@ -19,7 +19,7 @@ from adaptbot_cli.adapters.planner.failures import (
 from adaptbot_cli.adapters.planner.provider import Asking, Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
 from adaptbot_cli.adapters.planner.streaming import Answer, read
-from adaptbot_cli.adapters.planner.text import plan_text
+from adaptbot_cli.adapters.planner.text import plan_text, why_empty
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 
@@ -200,6 +200,8 @@ class Model:
             raise Failure("the provider refused the content")
         if answer.ended == "length" and not text:
             raise Failure("its answer came to its length limit before it wrote any plan")
+        if not text and (why := why_empty(answer)):
+            raise Failure(why)
         if not text:
             raise Failure(f"its answer was empty{self._wrong_address()}", again=True)
         if answer.ended is None:

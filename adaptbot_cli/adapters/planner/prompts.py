@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, rea
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import words
-from adaptbot_cli.core.plan import Finding
+from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.turns import Propose
 
 MOST_NAMES = 12
@@ -59,13 +59,17 @@ class Prompts:
             example=None if turn.attempt else example,
             task=turn.task.name,
             required=() if turn.attempt else turn.task.required,
+            **_limits(turn.task),
         )
 
     def again(self, turn: Propose) -> str:
         """Return what is said after a plan that has findings."""
         findings = [_told(finding) for finding in turn.findings]
         return self._render(
-            "replan.j2", findings=list(dict.fromkeys(findings)), required=turn.task.required
+            "replan.j2",
+            findings=list(dict.fromkeys(findings)),
+            required=turn.task.required,
+            excluded=_limits(turn.task)["excluded"],
         )
 
     def plans(self) -> list[LibraryPlan]:
@@ -104,6 +108,14 @@ class Prompts:
 
 _REMARK = re.compile(r"[ \t]+#[^\n\"']*$", re.MULTILINE)
 """A remark behind a call: it is for the authors of the library."""
+
+
+def _limits(task: Task) -> dict[str, object]:
+    """What a task asks for besides: the person's words, what is excluded, how many, where to."""
+    said = task.said if words(task.said) != words(task.name) else ""
+    rules = (rule.message.format(item="what") for rule in task.rules)
+    excluded = [name.replace("_", " ") for name in dict.fromkeys((*task.excluded, *rules))]
+    return {"said": said, "excluded": excluded, "amount": task.amount, "place": task.place}
 
 
 def _signatures(actions: Iterable[Action], explained: bool) -> list[str]:

@@ -3,16 +3,28 @@
 import logging
 import os
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
+from urllib.request import getproxies
+
+import httpx
 
 from adaptbot_cli.adapters.planner.budget import Price, Spent
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
+from adaptbot_cli.adapters.planner.streaming import TooLong
 from adaptbot_cli.errors import ModelError
 
 _LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
 _FREE = ("ollama/", "ollama_chat/", "local/")
+_HANDLED = ("anthropic/", "gemini/", "ollama/", "ollama_chat/")
+"""Whom litellm reaches with a client that is given to it. It has one for all that speak OpenAI's
+protocol; what is left sends its key in a header that httpx takes away at a redirect."""
+
+_MOST_BYTES = 16_000_000
+"""An answer of `LONGEST` characters, each in an event of its own, has fewer."""
+
 _NO_KEY = "none"
 """What is sent to a server of one's own where no key is set: the OpenAI client insists on one."""
 
@@ -21,6 +33,7 @@ def load() -> Any:
     """Import litellm: with its bundled price list, so that no network is needed, and its logging
     off, which could show a request with its key. Raises ModelError."""
     os.environ.setdefault("LITELLM_LOCAL_MODEL_COST_MAP", "True")
+    os.environ.setdefault("LITELLM_MODE", "PRODUCTION")  # else some releases read a .env file
     os.environ.pop("LITELLM_LOG", None)
     os.environ.pop("OPENAI_LOG", None)
     _straight_to_this_machine()
@@ -35,7 +48,43 @@ def load() -> Any:
     litellm.disable_hf_tokenizer_download = True
     for name in _LOGGERS:
         logging.getLogger(name).disabled = True
+    litellm.client_session = _handler(tuple(sorted(getproxies().items()))).client
     return litellm
+
+
+@lru_cache(maxsize=1)
+def _handler(_proxies: tuple[tuple[str, str], ...]) -> Any:
+    """litellm's own HTTP client, made to follow no redirect, which could carry a key elsewhere, and
+    to read no endless answer."""
+    from litellm.llms.custom_httpx.http_handler import HTTPHandler
+
+    handler = HTTPHandler()
+    handler.client.follow_redirects = False
+    handler.client.event_hooks["response"] = [_bound]
+    return handler
+
+
+def _bound(response: Any) -> None:
+    response.stream = _Bounded(response.stream)
+
+
+class _Bounded(httpx.SyncByteStream):
+    """The bytes of an answer, up to a limit."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __iter__(self) -> Iterator[bytes]:
+        left = _MOST_BYTES
+        for piece in self._stream:
+            left -= len(piece)
+            if left < 0:
+                raise TooLong
+            yield piece
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._stream.close()
 
 
 def load_early() -> None:
@@ -73,6 +122,12 @@ def _reported(usage: Any, name: str) -> int:
     return max(count, 0) if isinstance(count, int) else 0
 
 
+def _plausible(reported: int, counted: int) -> int:
+    """Return what a server reports, unless it is so much less than is counted here that no
+    tokenizer explains it."""
+    return reported if 4 * reported >= counted else counted
+
+
 @dataclass(frozen=True, slots=True)
 class Provider:
     """A model as litellm reaches it."""
@@ -94,6 +149,8 @@ class Provider:
         own = {"api_base": self.asking.api_base} if self.asking.api_base else {}
         if own and self.missing_key_of_own_server():
             own["api_key"] = _NO_KEY
+        if self.model.startswith(_HANDLED):
+            own["client"] = _handler(tuple(sorted(getproxies().items())))
         return self.litellm.completion(
             model=self.model,
             messages=messages,
@@ -121,22 +178,26 @@ class Provider:
         except Exception:  # chunks of a form that litellm streams but cannot put together
             whole = None
         usage = getattr(whole, "usage", None)
-        prompt = _reported(usage, "prompt_tokens") or self.tokens(messages)
-        completion = _reported(usage, "completion_tokens") or self._tokens_of(chunks)
-        return whole, Spent(1, prompt, completion, self._cost(whole))
+        prompt = _plausible(_reported(usage, "prompt_tokens"), self.tokens(messages))
+        completion = _plausible(_reported(usage, "completion_tokens"), self._tokens_of(chunks))
+        return whole, Spent(1, prompt, completion, self._cost(whole, prompt, completion))
 
     def _tokens_of(self, chunks: list[Any]) -> int:
         texts = [chunk.choices[0].delta.content or "" for chunk in chunks if chunk.choices]
         return int(self.litellm.token_counter(model=self.model, text="".join(texts)))
 
-    def _cost(self, whole: Any) -> float | None:
-        """What an answer cost in US dollars, as litellm has it, which knows of cached prompts."""
-        if self._is_free:
-            return 0.0
+    def _cost(self, whole: Any, prompt: int, completion: int) -> float | None:
+        """What an answer cost in US dollars, as litellm has it, which knows of cached prompts; not
+        less than a tenth of the price of its tokens, whatever the server reports."""
+        price = self.price()
+        if self._is_free or price is None:
+            return 0.0 if self._is_free else None
+        full = price.of(prompt, completion)
         try:
-            return round(float(self.litellm.completion_cost(whole, model=self.model)), 8)
-        except Exception:  # litellm raises a bare one for a model that it does not know
-            return None
+            told = float(self.litellm.completion_cost(whole, model=self.model))
+        except Exception:  # litellm raises a bare one for what it cannot work out
+            told = full
+        return round(told if told >= full / 10 else full, 8)
 
     @property
     def _is_free(self) -> bool:

@@ -1,12 +1,21 @@
 """Model servers that are asked which models they have: Ollama, and OpenAI-compatible ones."""
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from http.client import HTTPException
 from typing import Any
 from urllib.parse import urlsplit
-from urllib.request import OpenerDirector, ProxyHandler, Request, build_opener
+from urllib.request import (
+    HTTPRedirectHandler,
+    OpenerDirector,
+    ProxyHandler,
+    Request,
+    build_opener,
+)
+
+from adaptbot_cli import bounded
+from adaptbot_cli.errors import ModelError
 
 OLLAMA = "http://127.0.0.1:11434"
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
@@ -76,9 +85,16 @@ def _get(address: str, key: str | None = None, seconds: float = _SECONDS) -> Any
     try:
         request = Request(address, headers=headers)
         with _opener(address).open(request, timeout=seconds) as answer:
-            return json.loads(answer.read(_MOST_BYTES))
-    except (OSError, ValueError):
+            return bounded.parse_json(answer.read(_MOST_BYTES), "its answer", ModelError)
+    except (OSError, ValueError, HTTPException, ModelError):
         return None
+
+
+class _NoRedirect(HTTPRedirectHandler):
+    """Follows no redirect: the key would go along."""
+
+    def redirect_request(self, *_: Any) -> None:
+        """Return no further request."""
 
 
 def is_here(address: str) -> bool:
@@ -90,5 +106,5 @@ def is_here(address: str) -> bool:
 
 
 def _opener(address: str) -> OpenerDirector:
-    """Go through no proxy to this machine."""
-    return build_opener(ProxyHandler({})) if is_here(address) else build_opener()
+    """Go through no proxy to this machine, and nowhere that the server sends one."""
+    return build_opener(_NoRedirect, *([ProxyHandler({})] if is_here(address) else []))

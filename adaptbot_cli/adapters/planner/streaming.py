@@ -49,12 +49,20 @@ class Answer:
         calls = getattr(delta, "tool_calls", None) or ()
         self.size += sum(len(call.function.arguments or "") for call in calls if call.function)
         self.size += len(getattr(delta, "reasoning_content", None) or "")
-        piece = str(delta.content or "")
+        piece = text_of(delta.content)
         self.text.append(piece)
         self.size += len(piece)
         if self.size > LONGEST:
             raise TooLong
         return piece
+
+
+def text_of(content: Any) -> str:
+    """Return the text of a message's content, which some servers send in parts."""
+    if not isinstance(content, list):
+        return str(content or "")
+    parts = (part if isinstance(part, dict) else vars(part) for part in content)
+    return "".join(str(part.get("text") or "") for part in parts)
 
 
 def read(

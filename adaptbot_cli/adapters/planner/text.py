@@ -2,9 +2,12 @@
 
 import json
 import re
+from types import SimpleNamespace
 from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.planner.streaming import Answer
+from adaptbot_cli.errors import ModelError
 
 _REASONING = re.compile(
     r"<(think|thinking|reasoning|thought)>.*?(?:</\1>|\Z)", re.DOTALL | re.IGNORECASE
@@ -19,7 +22,7 @@ def plan_text(answer: Answer, whole: Any) -> str:
     for again in each re-prompt. Some models open it in the prompt, so that only its end is seen.
     """
     text = without_reasoning("".join(answer.text))
-    calls = tool_calls(whole)
+    calls = streamed_calls(answer) or tool_calls(whole)
     said = "\n".join(part for part in (text, *calls) if part)
     return said.encode("utf-8", "replace").decode("utf-8")
 
@@ -31,6 +34,33 @@ def without_reasoning(text: str) -> str:
     return _END_ONLY.sub("", _REASONING.sub("", text)).lstrip("\n")
 
 
+def why_empty(answer: Answer) -> str:
+    """Return what an answer without text or calls has been, as far as its pieces tell."""
+    deltas = (chunk.choices[0].delta for chunk in answer.chunks if chunk.choices)
+    reasoned = any(getattr(delta, "reasoning_content", None) for delta in deltas)
+    return "it only reasoned, and wrote no plan" if reasoned else ""
+
+
+def streamed_calls(answer: Answer) -> list[str]:
+    """Return the tool calls of an answer's pieces as JSON, each id being a call of its own.
+
+    Some servers give all calls of an answer the same index, which litellm puts together as one.
+    """
+    calls: list[SimpleNamespace] = []
+    open_: dict[int, SimpleNamespace] = {}
+    for chunk in answer.chunks:
+        delta = chunk.choices[0].delta if chunk.choices else None
+        for piece in getattr(delta, "tool_calls", None) or ():
+            at = open_.get(piece.index)
+            if at is None or (piece.id and piece.id != at.id):
+                at = SimpleNamespace(id=piece.id, name="", arguments="")
+                calls.append(at)
+                open_[piece.index] = at
+            at.name += (piece.function and piece.function.name) or ""
+            at.arguments += (piece.function and piece.function.arguments) or ""
+    return [_as_json(call) for call in calls if call.name]
+
+
 def tool_calls(whole: Any) -> list[str]:
     """Return the tool calls of an answer as JSON: the parser reads plans in JSON as well."""
     choices = getattr(whole, "choices", None)
@@ -40,7 +70,7 @@ def tool_calls(whole: Any) -> list[str]:
 
 def _as_json(function: Any) -> str:
     try:
-        arguments = json.loads(function.arguments or "{}")
-    except ValueError:
+        arguments = bounded.parse_json(function.arguments or "{}", "a tool call", ModelError)
+    except ModelError:
         arguments = function.arguments
     return json.dumps({"name": function.name, "arguments": arguments}, ensure_ascii=False)

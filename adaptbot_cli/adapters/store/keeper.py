@@ -1,21 +1,151 @@
-"""Keeps what was learned: edits the workspace's Turtle files and commits them."""
+"""Keeps what was learned: changes the workspace's Turtle files and commits them.
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+Hand edits of a domain's files are committed first, as a commit of their own, so that a run's facts
+never mix with them. Edits with faults of their own are left out of both, for their author to mend.
+"""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
 
-from adaptbot_cli.adapters.store.committing import commit, recovered
-from adaptbot_cli.adapters.store.files import lock
-from adaptbot_cli.adapters.store.handedits import plan
-from adaptbot_cli.adapters.store.held import Held
-from adaptbot_cli.adapters.store.origins import origin_of
-from adaptbot_cli.adapters.store.telling import Origin, lessons_message, refusal, state_message
+from rdflib import RDF, RDFS, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.adapters.store import files as disk
+from adaptbot_cli.adapters.store.git import UNFINISHED, Repo
+from adaptbot_cli.adapters.store.reading import (
+    FACT_FILES,
+    load_domain,
+    load_kg,
+    misplaced,
+    parse,
+    paths_of,
+    read_files,
+    readable,
+    triples,
+)
+from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
+from adaptbot_cli.adapters.store.turtle import rewrite, statements, tokens
 from adaptbot_cli.core.delta import Delta, net
+from adaptbot_cli.core.faults import Fault, faults, new_faults
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept
 from adaptbot_cli.core.turns import Keep, Kept
-from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli.errors import KnowledgeError, UsageError
 
-__all__ = ["Keeper", "Origin"]
+_ACTIONS = "actions.ttl"
+_TRIES = 20
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where what is learned comes from: named in every commit."""
+
+    planner: str
+    transcript: str
+    now: Callable[[], datetime]
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """The revision of a workspace, the files edited by hand since, and the graph of both.
+
+    `notes` are sentences for the person: what a recovery did, what is left unread.
+    """
+
+    revision: str | None
+    edited: tuple[str, ...]
+    kg: Kg
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Held:
+    """A domain's files as bytes and, loaded once, as a graph; `where` names them in messages."""
+
+    where: str
+    files: dict[str, bytes]
+    kg: Kg
+
+    @classmethod
+    def of(cls, files: Mapping[str, bytes], where: str) -> "Held":
+        """Load a domain from the bytes of its files.
+
+        Raises:
+            KnowledgeError, PackError: the files make no domain.
+        """
+        return cls(where, dict(files), load_kg(files, where))
+
+    def after(self, change: Delta) -> dict[str, bytes]:
+        """Return the files that a change of facts makes differ, as they are after it.
+
+        Raises:
+            KnowledgeError: a term cannot be written in Turtle.
+        """
+        parts = _parts(change)
+        found = {}
+        for name in (*FACT_FILES, _ACTIONS):
+            old = [t for t in sorted(change.removed) if name in self._files_of(t, parts)]
+            new = [t for t in sorted(change.added) if self._file_of(t, parts) == name]
+            if old or new:
+                text = self.files[name].decode("utf-8")
+                edited = rewrite(text, old, new, f"{self.where}/{name}")
+                if edited != text:
+                    found[name] = edited.encode("utf-8")
+        return found
+
+    def _files_of(self, triple: Triple, parts: frozenset[Node]) -> Collection[str]:
+        """The files that may hold a fact: somebody may have written it into the wrong one."""
+        subject, predicate, value = triple
+        astray = (subject, predicate, kept(value)) in self.kg.strays
+        return FACT_FILES if astray else (self._file_of(triple, parts),)
+
+    def _file_of(self, triple: Triple, parts: frozenset[Node]) -> str:
+        subject, predicate, value = triple
+        if subject in parts:
+            return _ACTIONS
+        own = predicate if predicate != RDF.type else value
+        if predicate == RDFS.label or (own.startswith(str(AB)) and own not in FACT_TERMS):  # type: ignore[attr-defined]
+            return _ACTIONS
+        return "state.ttl" if self.kg.home_of(predicate) == STATES else "attributes.ttl"
+
+    def new_faults(self, change: Delta, changed: Mapping[str, bytes]) -> list[Fault]:
+        """Return what a change would break; `changed` are the files after it.
+
+        Raises:
+            KnowledgeError, PackError: the files could not be read again or make no domain.
+        """
+        for name in changed.keys() & FACT_FILES.keys():
+            readable(changed[name], f"{self.where}/{name}")
+        domain = load_domain({**self.files, **changed}, self.where)
+        return new_faults(self.kg, self._facts(change), domain)
+
+    def learn(self, change: Delta, changed: Mapping[str, bytes]) -> None:
+        """Go along with a change that was written."""
+        self.files |= changed
+        self.kg.learn(self._facts(change))
+        self.kg.domain = load_domain(self.files, self.where)
+
+    def _facts(self, change: Delta) -> Delta:
+        """The part of a change that is about the home, not about what an action is."""
+        parts = _parts(change)
+        removed, added = (
+            frozenset(t for t in triples if self._file_of(t, parts) != _ACTIONS)
+            for triples in (change.removed, change.added)
+        )
+        return Delta(removed, added)
+
+
+def _parts(change: Delta) -> frozenset[Node]:
+    """The actions that a change describes, and their parts."""
+    facts = change.removed | change.added
+    actions = {s for s, p, o in facts if p == RDF.type and o == AB.Action}
+    return frozenset(actions | {o for _, p, o in facts if p in ACTION_PARTS})
 
 
 @dataclass(slots=True)
@@ -29,7 +159,7 @@ class Keeper:
     root: Path
     domain: str
     origin: Origin
-    _held: Held | None = None
+    _held: Held | None = field(default=None)
 
     @property
     def _where(self) -> str:
@@ -42,18 +172,27 @@ class Keeper:
             KnowledgeError: the files cannot be written or committed, no longer make a domain, or
                 would hold what the domain does not allow; nothing has changed then.
         """
+        more = len(turn.lessons) - 1
+        title = turn.lessons[0].sentence + (f" (and {more} more)" if more else "")
+        trailers = [("Task", turn.task.name), ("Planner", self.origin.planner)]
+        trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
+        sentences = [lesson.sentence for lesson in turn.lessons]
+        message = compose(f"learn: {title}", [*trailers, *of_lessons(turn.lessons)], sentences)
         told = f" {self.origin.transcript}" if self.origin.transcript else ""
         hint = f"the answers are in the transcript{told}"
         change = net(lesson.delta for lesson in turn.lessons)
-        return Kept(self.change(change, lessons_message(turn, self.origin), turn.lessons, hint))
+        return Kept(self.change(change, message, turn.lessons, hint))
 
     def trace(self, fact: str) -> str:
         """Return where a fact such as `onion IsLiquid true` comes from. Raises KnowledgeError."""
-        return origin_of(self.root, self.domain, fact)
+        from adaptbot_cli.adapters.store.versions import Versions
+
+        return Versions.of(self.root, self.domain).trace(fact)
 
     def apply(self, task: str, deltas: Iterable[Delta]) -> str | None:
         """Commit the state that an executed plan leaves. Raises KnowledgeError as `keep` does."""
-        message = state_message(task, self.origin)
+        trailers = (("Task", task), ("Planner", self.origin.planner))
+        message = compose(f'state: after "{task}"', trailers)
         return self.change(net(deltas), message, hint="what was learned has been kept")
 
     def change(
@@ -67,17 +206,275 @@ class Keeper:
         Raises:
             KnowledgeError: as `keep` does.
         """
-        with lock(self.root):
-            repo = recovered(self.root)
-            held = self._held = Held.read(self.root / self._where, self._where, self._held)
-            files = held.after(change)
-            broken = held.new_faults(change, files) if files else []
+        repo = Repo.open_or_init(self.root)
+        with repo.writing():
+            found = read_files(self.root / self._where, self.root)
+            if self._held is None or self._held.files != found:
+                self._held = Held.of(found, self._where)
+            held = self._held
+            changed = held.after(change)
+            broken = held.new_faults(change, changed) if changed else []
             if broken:
                 raise KnowledgeError(refusal(self._where, broken, lessons, hint))
-            if not files:
+            if not changed:
                 return repo.head()
-            planned, edits = plan(repo, held, change, files)
-            message += "".join(f"Hand-edited: {path}\n" for path in edits)
-            revision = commit(self.root, repo, planned, message, self.origin.now())
-            held.learn(change, files)
+            written: dict[str, bytes | None] = {
+                f"{self._where}/{name}": data for name, data in changed.items()
+            }
+            apart, staged = self._beside_edits(repo, held, change, written)
+            for path in apart.keys() - written.keys():
+                written[path] = held.files[path.rpartition("/")[2]]
+            revision = repo.commit(written, message, self.origin.now(), apart, staged)
+            held.learn(change, changed)
             return revision
+
+    def _beside_edits(
+        self, repo: Repo, held: Held, change: Delta, written: Mapping[str, bytes | None]
+    ) -> tuple[dict[str, bytes], dict[str, bytes]]:
+        """Commit hand edits, if there are any, first.
+
+        If they have faults, return what is committed of the change without them, and what is
+        staged: the edits stay as they are.
+        """
+        edited = repo.dirty(paths_of(self.domain))
+        if not edited:
+            return {}, {}
+        head = repo.head()
+        committed = _held_at(repo, self.domain, head)
+        if committed is not None and _faults_of(held, committed):
+            try:
+                after = committed.after(change)
+                if not committed.new_faults(change, after):
+                    apart = {f"{self._where}/{name}": data for name, data in after.items()}
+                    return apart, self._staged(repo, held, change, {*apart, *written}, head)
+            except KnowledgeError:
+                pass  # what was learned makes no sense without the edits
+        commit_hand_edits(repo, self.domain, edited, "", self.origin.now())
+        return {}, {}
+
+    def _staged(
+        self, repo: Repo, held: Held, change: Delta, paths: Iterable[str], head: str | None
+    ) -> dict[str, bytes]:
+        """What the user has staged of these files, after the change."""
+        found = {}
+        for path in sorted(paths):
+            data, name = repo.staged(path), path.rpartition("/")[2]
+            if data is not None and data != repo.read(path, head or ""):
+                try:
+                    after = Held(self._where, {**held.files, name: data}, held.kg).after(change)
+                except (KnowledgeError, UnicodeDecodeError):
+                    continue
+                found[path] = after.get(name, data)
+        return found
+
+
+def _held_at(repo: Repo, domain: str, revision: str | None) -> Held | None:
+    """A domain as it was committed; None if that makes no domain."""
+    try:
+        return Held.of(files_at(repo, domain, revision or ""), f"kg/{domain}")
+    except KnowledgeError:
+        return None
+
+
+def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
+    """Return a domain's files as they were at a revision. Raises KnowledgeError."""
+    found = {path: repo.read(path, revision) for path in paths_of(domain)}
+    return {path.rpartition("/")[2]: data for path, data in found.items() if data is not None}
+
+
+def _faults_of(now: Held, before: Held | None) -> list[str]:
+    """What is wrong with a domain's files that was not yet wrong before."""
+    found = [*map(str, faults(now.kg)), *_misplaced(now)]
+    old = set() if before is None else {*map(str, faults(before.kg)), *_misplaced(before)}
+    return [fault for fault in found if fault not in old]
+
+
+def _misplaced(held: Held) -> Iterator[str]:
+    graphs = {name: triples(held.files[name], f"{held.where}/{name}") for name in FACT_FILES}
+    return misplaced(graphs, held.kg.domain)
+
+
+def edit_faults(repo: Repo, domain: str) -> list[str]:
+    """Return what is wrong with the files and was not yet at the last commit.
+
+    Raises:
+        KnowledgeError, PackError: the files make no domain.
+    """
+    where = f"kg/{domain}"
+    now = Held.of(read_files(repo.root / where, repo.root), where)
+    head = repo.head()
+    return _faults_of(now, _held_at(repo, domain, head)) if head else []
+
+
+def commit_hand_edits(
+    repo: Repo, domain: str, edited: Iterable[str], message: str, when: datetime, by: str = ""
+) -> str:
+    """Commit hand edits of a domain's files as they are; the caller is in `repo.writing`."""
+    names = ", ".join(path.rpartition("/")[2] for path in edited)
+    told = write([("Source", "hand edit"), *([("By", by)] if by else [])])
+    contents = {path: disk.read(repo.root, path) for path in edited}
+    return repo.commit(contents, f"{message.strip() or f'hand edit: {names}'}\n\n{told}", when)
+
+
+def start(
+    root: Path,
+    domain: str,
+    first: Callable[[], Mapping[str, bytes]],
+    now: Callable[[], datetime],
+) -> Start:
+    """Write and commit what a first use of a domain needs; return what a run starts from.
+
+    `first` gives the files that a first use writes. It is asked while the workspace is locked, so
+    that it sees what another run has just made. No file that is there already is written. Files
+    that are there and were never committed are committed if the domain finds nothing wrong with
+    them, else left as hand edits.
+
+    Raises:
+        KnowledgeError: the workspace cannot be written, or its files make no domain.
+    """
+    repo = _repository(root)
+    with repo.writing():
+        new = {p: data for p, data in first().items() if disk.read(root, p) is None}
+        own = f"kg/{domain}/"
+        found = read_files(root / "kg" / domain, root)
+        found |= {p.removeprefix(own): data for p, data in new.items() if p.startswith(own)}
+        kg = load_kg(found, f"kg/{domain}")
+        head = repo.head()
+        known = repo.blobs(head, paths_of(domain)) if head else {}
+        unknown = set(paths_of(domain)) - known.keys() - new.keys()
+        if unknown and faults(kg):
+            unknown = set()
+        if new or unknown:
+            contents = {**new, **{path: disk.read(root, path) for path in unknown}}
+            repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
+        edited = tuple(repo.dirty(paths_of(domain)))
+        return Start(repo.head(), edited, kg, tuple(_notes(repo, found)))
+
+
+def _notes(repo: Repo, found: Mapping[str, bytes]) -> Iterator[str]:
+    """What a person should know before the first write, each said once or until it is mended."""
+    yield from repo.notes
+    old = repo.root / ".adaptbot"
+    if repo.cached("unread") is None and any(old.glob("journal/*.json")):
+        yield f"{old} is of an earlier version and was not read; remove it"
+        repo.cache("unread", b"1")
+    inner = [name for name in FACT_FILES if _has_inner_comments(found[name])]
+    if inner and repo.cached("comments") is None:
+        yield (
+            f"comments inside an entry of {' and '.join(inner)} go when that entry changes; "
+            "those between entries stay"
+        )
+        repo.cache("comments", b"1")
+
+
+def _has_inner_comments(data: bytes) -> bool:
+    text = data.decode("utf-8", "replace")
+    return any(
+        "#" in text[place.start : place.end]
+        and any(
+            "#" in text[before.end() : after.start()]
+            for before, after in pairwise(tokens(text, place))
+        )
+        for place in statements(text)
+    )
+
+
+def _repository(root: Path) -> Repo:
+    """The repository of a workspace: its own if its folder is new, else the one that it lies in."""
+    made = not root.is_dir() or all(p.name.startswith(UNFINISHED) for p in root.iterdir())
+    return Repo.open_or_init(root, own=made)
+
+
+def create(root: Path, files: Mapping[str, bytes], more: Mapping[str, bytes], message: str) -> str:
+    """Write and commit new files; return the revision. `more` are written only where missing.
+
+    Raises:
+        UsageError: one of `files` is there already; nothing is written then.
+        KnowledgeError: the workspace cannot be written.
+    """
+    repo = _repository(root)
+    with repo.writing():
+        there = sorted(path for path in files if disk.read(root, path) is not None)
+        if there:
+            raise UsageError(f"{root / there[0]} is there already, and nothing is overwritten")
+        missing = {p: data for p, data in more.items() if disk.read(root, p) is None}
+        return repo.commit(dict(sorted({**files, **missing}.items())), message)
+
+
+def settled(root: Path, read: Callable[[], T]) -> T:
+    """Return what `read` gives between two writes, so that it sees files of one revision only.
+
+    What a kill has interrupted is finished or undone first; a workspace that may not be written is
+    read as it is. Takes no lock unless a writer is at work or was. Raises what `read` raises.
+    """
+    repo = Repo.open(root) if root.is_dir() else None
+    if repo is None:
+        return read()
+    for _ in range(_TRIES):
+        before = repo.generation()
+        if not repo.interrupted():
+            found = read()
+            if not repo.interrupted() and repo.generation() == before:
+                return found
+        elif not repo.may_write():
+            return read()
+        else:
+            with repo.writing():
+                pass
+    if not repo.may_write():
+        return read()
+    with repo.writing():
+        return read()
+
+
+def renamed(files: Mapping[str, bytes], domain: URIRef, new: URIRef, name: str) -> dict[str, bytes]:
+    """Return a pack's valid Turtle files with the domain under another IRI and rdfs:label.
+
+    Everything else in them, comments and order too, stays as it is.
+    """
+    return {
+        file: _renamed(data.decode("utf-8"), file, domain, new, name).encode("utf-8")
+        for file, data in files.items()
+    }
+
+
+def _renamed(text: str, file: str, domain: URIRef, new: URIRef, name: str) -> str:
+    spaces = dict(parse(text.encode("utf-8"), file).namespaces())
+    written = {f"<{domain}>": f"<{new}>"}
+    for prefix, space in spaces.items():
+        if domain.startswith(space):
+            written[f"{prefix}:{domain[len(space) :]}"] = f"{prefix}:{new[len(space) :]}"
+    labels = {f"<{RDFS.label}>"} | {
+        f"{p}:label" for p, iri in spaces.items() if str(iri) == str(RDFS)
+    }
+    edits = []
+    for place in statements(text):
+        found = list(tokens(text, place))
+        edits += [(*t.span(), written[t[0]]) for t in found if t[0] in written]
+        if place.head in written:
+            edits += [
+                (*t.span(), f'"{name}"')
+                for b, t in pairwise(found)
+                if b[0] in labels and t[0][0] in "\"'"
+            ]
+    for start_, end, now in sorted(edits, reverse=True):
+        text = text[:start_] + now + text[end:]
+    return text
+
+
+def refusal(where: str, found: Iterable[Fault], lessons: Sequence[Lesson], hint: str) -> str:
+    """Say why a change is refused: each fault, and the answers that caused it."""
+    told = "; ".join(f"{fault.plain}{_cause(fault, lessons)}" for fault in found)
+    rest = f"; {hint}" if hint else ""
+    return f"this cannot be kept beside what {where} holds now: {told}. Nothing was changed{rest}."
+
+
+def _cause(fault: Fault, lessons: Sequence[Lesson]) -> str:
+    direct = [lesson for lesson in lessons if lesson.delta.added & fault.facts]
+    near = [
+        lesson
+        for lesson in lessons
+        if fault.about in {t[0] for t in lesson.delta.added | lesson.delta.removed}
+    ]
+    said = [f'"{x.answer.value}" to "{x.question.text}"' for x in direct or near]
+    return f" (from the answer {' and '.join(said)})" if said else ""

@@ -1,6 +1,5 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
-import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
@@ -9,6 +8,9 @@ from pathlib import Path
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
+from adaptbot_cli import bounded
+from adaptbot_cli.adapters.store import files
+from adaptbot_cli.adapters.store.turtle import BOM
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -64,10 +66,12 @@ def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
 
 def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
     """Let the engine read a Turtle file into a named graph. Raises KnowledgeError."""
+    bounded.check_graph(data, path)
     with _told(path):
         if b"<<" in data:
             # Only a reading in Python finds triples in triples, which rdflib cannot hold.
             triples(data, path)
+        data = data.removeprefix(BOM.encode())
         store.bulk_load(data, _TURTLE, to_graph=pyoxigraph.NamedNode(graph))
 
 
@@ -149,27 +153,29 @@ def read_graphs(paths: Sequence[Path]) -> list[Triple] | None:
 
 
 def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {path}: {error.strerror}") from error
+    return bounded.read_bytes(path, bounded.GRAPH, piped=True)
 
 
-def read_files(folder: Path) -> dict[str, bytes]:
+def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
     """Return the contents of a pack's files, those that are there.
 
+    With `root`, a workspace that the folder lies in, no link below it is followed.
+
     Raises:
-        KnowledgeError: the folder cannot be read.
+        KnowledgeError: the folder or a file cannot be read, or is reached through a link.
     """
-    try:
-        return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
-    except OSError as error:
-        raise KnowledgeError(f"cannot read {folder}: {error.strerror}") from error
+    if root is None:
+        with files.refusing(folder, "read"):
+            return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
+    path = folder.relative_to(root).as_posix()
+    found = [name for name in files.names(root, path) if name.endswith(".ttl")]
+    read = {name: files.read(root, f"{path}/{name}") for name in found}
+    return {name: data for name, data in read.items() if data is not None}
 
 
 def parse(data: bytes, path: str) -> Graph:
     """Parse a Turtle file into a graph that remembers its prefixes. Raises KnowledgeError."""
-    parser = _parser(data)
+    parser = _parser(data, path)
     graph = Graph(bind_namespaces="none")
     for triple in _all(parser, path):
         graph.add(triple)
@@ -180,18 +186,19 @@ def parse(data: bytes, path: str) -> Graph:
 
 def triples(data: bytes, path: str) -> list[Triple]:
     """Parse a Turtle file into its triples. Raises KnowledgeError."""
-    return _all(_parser(data), path)
+    return _all(_parser(data, path), path)
 
 
 def readable(data: bytes, path: str) -> None:
     """Make sure that a Turtle file can be read. Raises KnowledgeError."""
     with _told(path):
-        for _ in pyoxigraph.parse(data, format=_TURTLE):
+        for _ in _parser(data, path):
             pass
 
 
-def _parser(data: bytes) -> "pyoxigraph.QuadParser":
-    return pyoxigraph.parse(io.BytesIO(data), format=_TURTLE)
+def _parser(data: bytes, path: str) -> "pyoxigraph.QuadParser":
+    bounded.check_graph(data, path)
+    return pyoxigraph.parse(data.removeprefix(BOM.encode()), format=_TURTLE)
 
 
 def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:

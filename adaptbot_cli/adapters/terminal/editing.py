@@ -15,7 +15,7 @@ from adaptbot_cli.adapters.terminal.words import shown
 from adaptbot_cli.core.acting.draft import signature
 from adaptbot_cli.core.editing import Edit, Line, called, edited, lines
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.questions import Choice
 from adaptbot_cli.core.turns import Amend
 from adaptbot_cli.errors import UsageError
@@ -42,7 +42,7 @@ _TEXT = {
 def ask_for_edit(turn: Amend, console: Console) -> tuple[Edit | None, str]:
     """Ask for one edit; return it with a line that says so, None if the plan is left as it is."""
     prompts = Prompts(console)
-    there = lines(turn.report, parse(turn.report.text))
+    there = lines(turn.report)
     offered = {value: told for value, told in _MENU.items() if there or value not in _OF_A_STEP}
     choices = [Choice(value, label) for value, (_, label) in offered.items()]
     keys = [key for key, _ in offered.values()]

@@ -7,7 +7,7 @@ import yaml
 from adaptbot_cli.core.editing import Edit, edited
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding, Step
 from adaptbot_cli.core.questions import LATER, Answer, Key, Question, Reviewed
 from adaptbot_cli.core.report import Outcome, Report, Result
@@ -28,6 +28,7 @@ from adaptbot_cli.core.turns import (
     Review,
     Trace,
     Turn,
+    Understood,
 )
 
 Document = dict[str, Any]
@@ -56,9 +57,12 @@ def dump(document: Document) -> str:
 def describe(turn: Turn, kg: Kg) -> Document | None:
     """Return a turn as a document, without its reply; None for what a transcript does not tell."""
     match turn:
+        case Understood():
+            return {"turn": "understood", "as": turn.reading.line}
         case Propose():
             findings = [finding_text(f) for f in turn.findings]
-            return {"turn": "propose", "attempt": turn.attempt, "findings": findings}
+            about = {"task": turn.task.name, "attempt": turn.attempt}
+            return {"turn": "propose", **about, "findings": findings}
         case Checked():
             return {"turn": "checked", **_report(turn.report)}
         case Ask():

@@ -1,14 +1,14 @@
 """Finds the runs that have left questions open, and the plans that wait for the answers."""
 
-from collections.abc import Iterator, Set
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Set
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from adaptbot_cli.adapters.transcript.documents import Document, key_of, said
 from adaptbot_cli.adapters.transcript.memory import Memory
 from adaptbot_cli.adapters.transcript.reading import has_ended, read_cut
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import LATER, UNKNOWN, Key
+from adaptbot_cli.core.questions import LATER, UNKNOWN, YES, Key
 from adaptbot_cli.errors import UsageError
 
 
@@ -16,7 +16,8 @@ from adaptbot_cli.errors import UsageError
 class LeftOver:
     """A run that has left questions open: what it was to do, and the last plan that it had.
 
-    `unknown` are the questions that the person could not answer.
+    `unknown` are the questions that the person could not answer; `plans` the last plans by task,
+    where the request was for several; `confirmed` whether the person has confirmed its reading.
     """
 
     path: Path
@@ -25,6 +26,9 @@ class LeftOver:
     requires: tuple[str, ...]
     plan: str
     unknown: Set[Key]
+    without: tuple[str, ...] = ()
+    plans: Mapping[str, str] = field(default_factory=dict)
+    confirmed: bool = False
 
 
 def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
@@ -36,16 +40,16 @@ def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
     say, as it is now.
     """
     found: list[LeftOver] = []
-    seen: set[tuple[str, str, tuple[str, ...]]] = set()
+    seen: set[object] = set()
     later = [(path.stem, frozenset(_unknown(turns))) for path, _, turns in _read(sittings)]
     for path, header, turns in _read(folder):
         since = {key for stem, keys in later if stem > path.stem for key in keys}
         run = _left_over(path, header, turns, since)
-        key = (normal(run.task), run.domain, tuple(sorted(map(normal, run.requires))))
+        key = (normal(run.task), run.domain, tuple(sorted(map(normal, run.requires))), run.without)
         if key in seen:
             continue
         seen.add(key)
-        if run.plan and (not _ended(path) or any(_put_off(turn) for turn in turns)):
+        if run.plan and (not has_ended(path) or any(_put_off(turn) for turn in turns)):
             found.append(run)
     return found
 
@@ -64,7 +68,10 @@ def _left_over(path: Path, header: Document, turns: list[Document], since: set[K
     memory.take(turns)
     requires = tuple(header.get("requires") or ())
     task, domain = str(header.get("task", "")), str(header.get("domain", ""))
-    return LeftOver(path, task, domain, requires, memory.plan, since | {*_unknown(turns)})
+    without = tuple(header.get("without") or ())
+    unknown = since | {*_unknown(turns)}
+    sure = any(key[0] == "reading" and a.value == YES for key, a in memory.answers.items())
+    return LeftOver(path, task, domain, requires, memory.plan, unknown, without, memory.plans, sure)
 
 
 def _unknown(turns: list[Document]) -> Iterator[Key]:
@@ -76,9 +83,5 @@ def _unknown(turns: list[Document]) -> Iterator[Key]:
 
 def _put_off(turn: Document) -> bool:
     """Whether a question was put off that knowledge answers, not one about the plan alone."""
-    asked = turn["turn"] == "ask" and turn.get("kind") != "mend"
+    asked = turn["turn"] == "ask" and turn.get("kind") not in ("mend", "reading", "goal")
     return asked and turn.get("answer") in (LATER.value, "stop")
-
-
-def _ended(path: Path) -> bool:
-    return has_ended(path.read_text(encoding="utf-8", errors="replace"))

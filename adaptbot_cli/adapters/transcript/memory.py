@@ -26,7 +26,7 @@ from adaptbot_cli.core.questions import (
 )
 from adaptbot_cli.core.turns import Amend, Editor, Human, Planner, Proposal, Propose, Volunteer
 
-Prompt = tuple[int, tuple[str, ...]]
+Prompt = tuple[str, int, tuple[str, ...]]
 
 
 @dataclass(slots=True)
@@ -42,6 +42,8 @@ class Memory:
     reopened: dict[Key, Answer] = field(default_factory=dict)
     offers: set[str] = field(default_factory=set)
     edits: dict[str, list[Edit]] = field(default_factory=dict)
+    plans: dict[str, str] = field(default_factory=dict)
+    task: str = ""
     proposed: str = ""
     plan: str = ""
 
@@ -50,11 +52,13 @@ class Memory:
         for document in documents:
             match document["turn"]:
                 case "propose" if isinstance(document.get("reply"), str):
-                    prompt = (int(document.get("attempt", 0)), _texts(document.get("findings")))
+                    self.task = str(document.get("task", ""))
+                    findings = _texts(document.get("findings"))
+                    prompt = (self.task, int(document.get("attempt", 0)), findings)
                     self.proposals[prompt] = Proposal(document["reply"], calls=0)
                     self.proposed = document["reply"]
                 case "checked":
-                    self.plan = self.proposed
+                    self.plan = self.plans[self.task] = self.proposed
                 case "edit" if document.get("edit") in EDITS:
                     self.edits.setdefault(self.plan, []).append(edit_of(document))
                     self.proposed = str(document.get("plan", self.plan))
@@ -128,8 +132,10 @@ class RememberingPlanner:
 
     def propose(self, turn: Propose) -> Proposal:
         """Give the plan that the same prompt was answered with. Raises ModelError."""
-        prompt = (turn.attempt, tuple(finding_text(finding) for finding in turn.findings))
-        known = self.memory.proposals.pop(prompt, None)
+        told = turn.attempt, tuple(finding_text(finding) for finding in turn.findings)
+        prompts = ((turn.task.name, *told), ("", *told))  # a transcript may not tell the task
+        found = (self.memory.proposals.pop(prompt, None) for prompt in prompts)
+        known = next(filter(None, found), None)
         return self.planner.propose(turn) if known is None else known
 
 

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.transcript.documents import FORMAT, Document
 from adaptbot_cli.errors import UsageError
 
@@ -16,11 +15,13 @@ def _count(value: Any) -> bool:
 
 
 def _amount(value: Any) -> bool:
-    return type(value) in (int, float)
+    return type(value) in (int, float) and 0 <= value < float("inf")
 
 
 def _names(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(name, str) for name in value)
+    """Whether a value is a list of names: at most a hundred, of no more characters than a task."""
+    named = isinstance(value, list) and len(value) <= 100
+    return named and all(isinstance(name, str) and len(name) <= 1_000 for name in value)
 
 
 def _counts(value: Any) -> bool:
@@ -31,7 +32,11 @@ _FORMS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
     "replans": ("a number", _count),
     "requires": ("a list of names", _names),
-    "reply": ("a text", lambda value: isinstance(value, str)),
+    "task": ("a text of at most 1,000 characters", lambda value: len(str(value)) <= 1_000),
+    "reply": (
+        "a text of at most 200,000 characters",
+        lambda value: isinstance(value, str) and len(value) <= 200_000,
+    ),
     "calls": ("a number", _count),
     "tokens": ("two numbers, `prompt:` and `completion:`", _counts),
     "cost_usd": ("an amount", _amount),
@@ -52,14 +57,9 @@ def read(path: Path) -> tuple[Document, list[Document]]:
     Raises:
         UsageError: the file cannot be read, or is no transcript; the message says where.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-        documents = [document for document in yaml.safe_load_all(text) if document is not None]
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path} is no transcript: {error}") from error
-    return _checked(path, documents)
+    data = bounded.read_bytes(path, bounded.YAML, UsageError)
+    name = f"{path} is no transcript: it"
+    return _checked(path, bounded.parse_yaml(bounded.decode(data, name, UsageError), name))
 
 
 def _checked(path: Path, documents: list[Any]) -> tuple[Document, list[Document]]:
@@ -87,18 +87,15 @@ def read_cut(path: Path) -> tuple[Document, list[Document]]:
     Raises:
         UsageError: the file cannot be read, or is no transcript.
     """
-    try:
-        text = path.read_bytes().decode("utf-8", "replace")
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from error
+    text = _text(path)
     documents: list[Any] = []
     parts = text.split("\n---\n")
     for number, part in enumerate(parts, start=1):
         try:
-            documents += [d for d in yaml.safe_load_all(part) if d is not None]
-        except yaml.YAMLError as error:
+            documents += bounded.parse_yaml(part, f"{path} is no transcript: it")
+        except UsageError:
             if number < len(parts):
-                raise UsageError(f"{path} is no transcript: {error}") from error
+                raise
     last = documents[-1] if len(documents) > 1 else {}
     # A plan may have lost lines and still be read; a whole one is followed by its check.
     kind = last.get("turn") if isinstance(last, dict) else None
@@ -116,18 +113,27 @@ def unfinished(folder: Path) -> list[Path]:
     gone_on: set[str] = set()
     for path in sorted(folder.glob("*.yaml"), reverse=True):
         try:
-            text = path.read_text(encoding="utf-8", errors="replace")
-        except OSError:
+            text = _text(path)
+            if path.stem not in gone_on and not _has_end(text):
+                read_cut(path)
+                found.append(path)
+        except UsageError:  # what else lies in the folder is no run
             continue
         gone_on |= set(_RESUMES.findall(text.split("\n---\n")[0]))
-        if path.stem not in gone_on and not has_ended(text):
-            found.append(path)
     return found
 
 
-def has_ended(text: str) -> bool:
-    """Tell whether a transcript's text tells the end of its run."""
+def has_ended(path: Path) -> bool:
+    """Tell whether a transcript tells the end of its run. Raises UsageError."""
+    return _has_end(_text(path))
+
+
+def _has_end(text: str) -> bool:
     return text.rpartition("\n---\n")[2].startswith("turn: finished")
+
+
+def _text(path: Path) -> str:
+    return bounded.read_bytes(path, bounded.YAML, UsageError).decode("utf-8", "replace")
 
 
 _RESUMES = re.compile(r"^resumes: ['\"]?(.+?)['\"]?$", re.MULTILINE)

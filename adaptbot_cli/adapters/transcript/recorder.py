@@ -1,7 +1,7 @@
 """Writes a run's transcript."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TextIO
 
@@ -14,16 +14,32 @@ from adaptbot_cli.adapters.transcript.documents import (
     told_of_reply,
 )
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Amend, Turn
+from adaptbot_cli.errors import KnowledgeError
+
+_SIGNED = frozenset({"ask", "offer", "edit", "review"})
+"""The turns whose replies are a person's."""
+
+
+def _is_signed(document: Document) -> bool:
+    """Whether a person has replied, rather than nobody, who puts everything off."""
+    put_off = document.get("answer") == LATER.value or document.get("answers") == {}
+    return document["turn"] in _SIGNED and not put_off
 
 
 @dataclass(slots=True)
 class Recorder:
-    """Writes a run's transcript, one turn at a time, each on disk before the next begins."""
+    """Writes a run's transcript, one turn at a time, each on disk before the next begins.
+
+    `signed` is called once, before the first reply of a person is written. The methods raise
+    KnowledgeError where writing fails.
+    """
 
     file: TextIO
     kg: Kg
+    signed: Callable[[], None] | None = None
 
     def header(self, header: Mapping[str, Any]) -> None:
         """Write the first document."""
@@ -37,7 +53,11 @@ class Recorder:
         told = describe(turn, self.kg)
         left_as_it_is = isinstance(turn, Amend) and reply is None
         if told is not None and not left_as_it_is:
-            self._write({**told, **told_of_reply(turn, reply)})
+            document = {**told, **told_of_reply(turn, reply)}
+            if self.signed is not None and _is_signed(document):
+                self.signed()
+                self.signed = None
+            self._write(document)
 
     def finished(self, result: Result) -> None:
         """Write the last document."""
@@ -52,6 +72,10 @@ class Recorder:
         self._write({"turn": "finished"})
 
     def _write(self, document: Document) -> None:
-        self.file.write(dump(document))
-        self.file.flush()
-        os.fsync(self.file.fileno())
+        try:
+            self.file.write(dump(document))
+            self.file.flush()
+            os.fsync(self.file.fileno())
+        except OSError as error:
+            told = f"cannot write the transcript {self.file.name}: {error.strerror}"
+            raise KnowledgeError(told) from error

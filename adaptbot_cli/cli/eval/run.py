@@ -13,6 +13,7 @@ from adaptbot_cli.cli.common import (
     KgOption,
     WorkspaceOption,
     domain_name,
+    note_ignored,
     workspace,
 )
 from adaptbot_cli.cli.eval import options
@@ -96,6 +97,7 @@ def _planner(model: str, home: "Workspace", api_base: str | None) -> tuple[str, 
     """Return who plans, and the address of its server, as `adaptbot run` would choose them."""
     from adaptbot_cli.adapters.planner.choice import LIBRARY, choose
 
+    note_ignored(home)
     chosen = choose(model, home.settings, os.environ, api_base)
     return chosen.model or LIBRARY, chosen.api_base
 

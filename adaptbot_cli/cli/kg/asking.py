@@ -53,8 +53,10 @@ def carry_out(
     if more is not None:
         out.print(more)
     revision = None
+    if proposal.delta and dry_run:
+        changing.judge(home, proposal.delta)
     if proposal.delta and not dry_run:
-        if not (yes or _agreed(out)):
+        if not (yes or agreed(out, "Commit this?")):
             out.print(Text("nothing was changed", "dim"))
             return 0
         revision = changing.commit(home, proposal)
@@ -64,12 +66,12 @@ def carry_out(
     return 0
 
 
-def _agreed(out: "Console") -> bool:
+def agreed(out: "Console", question: str) -> bool:
     """Ask the person at the terminal. Raises UsageError if there is none."""
     from adaptbot_cli.errors import UsageError
 
     if not (at_terminal(sys.stdin) and at_terminal(out.file)):
-        raise UsageError("there is no terminal to ask at: say --yes to commit, or --dry-run")
+        raise UsageError("there is no terminal to ask at: say --yes, or --dry-run")
     from adaptbot_cli.adapters.terminal.prompts import Prompts
 
-    return Prompts(out).yes("Commit this?")
+    return Prompts(out).yes(question)

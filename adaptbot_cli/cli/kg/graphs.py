@@ -14,6 +14,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     domain_name,
+    escaped,
     home_of,
     print_json,
     workspace,
@@ -21,7 +22,7 @@ from adaptbot_cli.cli.common import (
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.graphs import Answered
+    from adaptbot_cli.adapters.store.engine import Answered
     from adaptbot_cli.session.knowing import Home
 
 
@@ -82,14 +83,15 @@ def _text(sparql: str) -> str:
 
 
 def _show(answer: "Answered", home: "Home", json: bool) -> None:
-    from adaptbot_cli.adapters.store.graphs import write_graph
+    from adaptbot_cli.adapters.store.engine import write_graph
     from adaptbot_cli.adapters.tables.state import rows
     from adaptbot_cli.session.querying import prefixes
 
     if answer.graph is not None:
         form = "json-ld" if json else "turtle"
         data = write_graph(answer.graph, form, prefixes(home))
-        typer.echo(data.decode("utf-8"), nl=False)
+        text = data.decode("utf-8")
+        typer.echo(escaped(text) if json else text, nl=False)
     elif json:
         import json as parser
 
@@ -146,9 +148,13 @@ def import_(
     Of a property with one value only, the file's is taken. --replace: the rest is let go.
     """
     from adaptbot_cli.adapters.tables.state import parcel as table
+    from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.session.querying import imported, plain_parcel
 
     home = home_of(workspace_dir, domain)
     parcel, proposal = imported(home, files, replace)
     console(stderr=json).print(table(parcel))
+    if not parcel.accepted:
+        names = ", ".join(path.name for path in files)
+        raise KnowledgeError(f"nothing of {names} was taken: see why above")
     return carry_out(home, proposal, yes=yes, dry_run=dry_run, json=json, told=plain_parcel(parcel))

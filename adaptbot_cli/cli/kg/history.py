@@ -64,7 +64,7 @@ def diff(
     """
     from rich.text import Text
 
-    from adaptbot_cli.adapters.store.graphs import term
+    from adaptbot_cli.adapters.store.turtle import engine_term
     from adaptbot_cli.adapters.tables.changes import difference, patch_notes
     from adaptbot_cli.adapters.tables.words import said
     from adaptbot_cli.core.changes import as_json, as_update
@@ -77,7 +77,7 @@ def diff(
     elif patch:
         for note in patch_notes(changes):
             typer.echo(note)
-        typer.echo(as_update(changes.delta, lambda node: str(term(node))), nl=False)
+        typer.echo(as_update(changes.delta, lambda node: str(engine_term(node))), nl=False)
     else:
         out = console()
         out.print(Text.assemble(said(before, "yellow"), " → ", said(after, "yellow")))

@@ -37,10 +37,11 @@ def must(query: str, message: str, more: str = "") -> Iterator[str]:
 
 def sparql(text: str, indent: str = "") -> Iterator[str]:
     """Give the lines of a query as a block of code."""
-    yield f"{indent}```sparql"
+    fence = "`" * max(3, 1 + max(map(len, re.findall("`+", text)), default=0))
+    yield f"{indent}{fence}sparql"
     for line in cleandoc(text).splitlines():
         yield f"{indent}{visible(line)}".rstrip()
-    yield f"{indent}```"
+    yield f"{indent}{fence}"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from rdflib import RDFS, Graph, Literal, URIRef
 
+from adaptbot_cli.core.clock import LONGEST
 from adaptbot_cli.core.datatypes import WRITTEN
 from adaptbot_cli.core.domain import (
     Action,
@@ -21,7 +22,14 @@ from adaptbot_cli.core.pack.noting import NOTHING, Notes
 from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
 from adaptbot_cli.core.pack.slips import check_effect, check_queries
 from adaptbot_cli.core.pack.vocabulary import check_terms
-from adaptbot_cli.core.sparql import mentions, prefixed, split_update, template, variables
+from adaptbot_cli.core.sparql import (
+    mentions,
+    one_newline,
+    prefixed,
+    split_update,
+    template,
+    variables,
+)
 from adaptbot_cli.core.terms import AB, local
 
 
@@ -107,6 +115,7 @@ def _parameter(entry: Entry) -> Parameter:
         words=words,
         units=dict(_units(entry)),
         of_product=_select(entry, AB.ofProduct, name),
+        prepositions=entry.texts(AB.preposition),
     )
 
 
@@ -158,8 +167,11 @@ def _called_as(entry: Entry) -> Iterator[CalledAs]:
 
 
 def _effect(entry: Entry) -> Effect | None:
-    text = entry.text(AB.effect, "")
+    text = one_newline(entry.text(AB.effect, ""))
     if not text or refused_dollars(entry, text, "ab:effect"):
+        return None
+    if len(text) > LONGEST:
+        entry.note(f"ab:effect has more than {LONGEST:,} characters", "make it shorter")
         return None
     prefixes = prefixed(entry.graph, text)
     form = "write DELETE {…} INSERT {…} WHERE {…}"

@@ -150,7 +150,9 @@ def check_message(entry: Entry, message: str, names: Iterable[str]) -> None:
     """Make sure that a message of the domain can be filled in."""
     told = f'the message "{message}"'
     try:
-        fields = [field for _, field, _, _ in Formatter().parse(message) if field is not None]
+        parsed = [part for part in Formatter().parse(message) if part[1] is not None]
+        # {item:>1000000000} would be filled up with blanks
+        fields = [f"{field}{spec and ':'}{spec or ''}" for _, field, spec, _ in parsed]
     except ValueError as problem:
         entry.note(f"{told} has a brace too many: {problem}", "write {name}, or no brace at all")
         return

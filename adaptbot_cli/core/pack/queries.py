@@ -4,8 +4,16 @@ import re
 
 import pyoxigraph
 
+from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.pack.entry import Entry
-from adaptbot_cli.core.sparql import bindable, dollars, prefixed
+from adaptbot_cli.core.sparql import (
+    bindable,
+    dollars,
+    makes_text,
+    one_newline,
+    prefixed,
+    reaches_out,
+)
 
 _CORRECT = "correct the query; its prefixes are those of the file"
 
@@ -15,7 +23,7 @@ def query_of(entry: Entry, text: str, what: str, form: str, gives: str = "") -> 
 
     `gives` is a variable that a SELECT must give values for.
     """
-    text = text.strip()
+    text = one_newline(text).strip()
     if not text:
         return ""
     if not re.match(rf"{form}\b", text, re.IGNORECASE):
@@ -37,15 +45,32 @@ def query_of(entry: Entry, text: str, what: str, form: str, gives: str = "") -> 
 
 
 def valid(entry: Entry, query: str, what: str) -> tuple[str, ...] | None:
-    """Return the variables that a SELECT gives, none of an ASK; None if the query is not valid."""
+    """Return the variables that a SELECT gives, none of an ASK; None if the query is not valid, or
+    asks more than this graph. Raises EndlessError."""
     if refused_dollars(entry, query, what):
         return None
+    if len(query) > LONGEST:
+        entry.note(f"{what} has more than {LONGEST:,} characters", "make it shorter")
+        return None
+    if made := makes_text(query):
+        entry.note(f"{what} has {made}, which can fill the memory", "compare what is there")
+        return None
     try:
-        found = pyoxigraph.Store().query(query)
+        if word := reaches_out(query):
+            told = f"{what} has {word}, which reaches outside the graph"
+            entry.note(told, "ask this graph alone")
+            return None
+        return within(lambda: _given(query), f"{entry.file}, entry {entry.entry}: {what}")
     except (SyntaxError, ValueError) as error:
         told = " ".join(str(error).split())
+        told = told.removeprefix("this is no valid SPARQL: ")
         entry.note(f"{what} is no valid SPARQL: {told}", _CORRECT)
         return None
+
+
+def _given(query: str) -> tuple[str, ...]:
+    """The variables that a query gives, asked of an empty graph."""
+    found = pyoxigraph.Store().query(query)
     if isinstance(found, pyoxigraph.QuerySolutions):
         return tuple(variable.value for variable in found.variables)
     return ()

@@ -12,7 +12,7 @@ from adaptbot_cli.core.pack.entry import Entry, check_message, entries
 from adaptbot_cli.core.pack.noting import Notes
 from adaptbot_cli.core.pack.queries import query_of
 from adaptbot_cli.core.pack.vocabulary import check_terms, check_types
-from adaptbot_cli.core.plan import Goal, Task
+from adaptbot_cli.core.plan import Constraint, Goal, Task
 from adaptbot_cli.core.terms import AB, local
 
 
@@ -42,16 +42,16 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
     notes = Notes()
     domain = _the_domain(sources.domain, notes)
     for graph, file, types in (
-        (sources.domain, "domain.ttl", (AB.Domain, RDFS.Class, RDF.Property)),
+        (sources.domain, "domain.ttl", (AB.Domain, RDFS.Class, RDF.Property, AB.Constraint)),
         (sources.actions, "actions.ttl", (AB.Action,)),
-        (sources.tasks, "tasks.ttl", (AB.Task,)),
+        (sources.tasks, "tasks.ttl", (AB.Task, AB.TaskClass)),
     ):
         check_terms(graph, file, notes)
         check_types(graph, file, types, notes)
     kinds = {e.node: _kind(e) for e in entries(sources.domain, "domain.ttl", RDFS.Class, notes)}
     properties = _properties(sources.domain, notes)
     declared = {*properties, RDF.type, RDFS.subClassOf}
-    tasks = list(_tasks(sources.tasks, notes))
+    tasks = list(_tasks(sources.tasks, AB.Task, notes))
     read = Domain(
         iri=domain.node,
         name=domain.text(RDFS.label),
@@ -72,6 +72,9 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         goals=_goals(domain, AB.goal),
         advice=_goals(domain, AB.advice),
         aliases=tuple(domain.texts(AB.alias)),
+        task_classes=dict(_tasks(sources.tasks, AB.TaskClass, notes)),
+        constraints=tuple(_constraints(sources.domain, notes)),
+        servings=query_of(domain, domain.text(AB.servings, ""), "ab:servings", "SELECT", "vessel"),
     )
     _check_effects(read, notes)
     return read, notes
@@ -194,19 +197,23 @@ def _goal(entry: Entry) -> Iterator[Goal]:
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
     before = frozenset(str(iri) for iri in entry.iris(AB.before))
     helped_by = query_of(entry, entry.text(AB["with"], ""), "ab:with", "SELECT")
-    yield Goal(ask or select, message, classes, about, before, asks or selects, helped_by)
+    places = query_of(entry, entry.text(AB.places, ""), "ab:places", "SELECT", "place")
+    yield Goal(ask or select, message, classes, about, before, asks or selects, helped_by, places)
 
 
-def _tasks(graph: Graph, notes: Notes) -> Iterator[tuple[str, Task]]:
-    """Every task under each of its names, normalised."""
+def _tasks(graph: Graph, kind: URIRef, notes: Notes) -> Iterator[tuple[str, Task]]:
+    """Every task, or class of tasks, under each of its names, normalised."""
     owners: dict[str, str] = {}
-    for entry in entries(graph, "tasks.ttl", AB.Task, notes):
-        task = Task(entry.text(RDFS.label), _needs(entry), _goals(entry, AB.goal), known=True)
-        for name in (task.name, *entry.texts(AB.alias)):
-            other = owners.setdefault(normal(name), entry.entry)
-            if other != entry.entry and name:
-                entry.note(f'its name "{name}" is that of {other} too', "change one")
-            yield normal(name), task
+    for entry in entries(graph, "tasks.ttl", kind, notes):
+        name, goals = entry.text(RDFS.label), _goals(entry, AB.goal)
+        listed = kind == AB.Task
+        needs = _needs(entry) if listed else entry.texts(AB.needs)
+        task = Task(name, needs, goals, listed, entry.node, name)
+        for called in (name, *entry.texts(AB.alias)):
+            other = owners.setdefault(normal(called), entry.entry)
+            if other != entry.entry and called:
+                entry.note(f'its name "{called}" is that of {other} too', "change one")
+            yield normal(called), task
 
 
 def _needs(entry: Entry) -> tuple[str, ...]:
@@ -215,3 +222,21 @@ def _needs(entry: Entry) -> tuple[str, ...]:
         problem = "lacks ab:needs, the items that the task requires"
         entry.note(problem, "add at least one")
     return needs
+
+
+def _constraints(graph: Graph, notes: Notes) -> Iterator[Constraint]:
+    for entry in entries(graph, "domain.ttl", AB.Constraint, notes):
+        name, ask = entry.text(RDFS.label), entry.text(AB.ask)
+        message = entry.text(AB.message)
+        check_message(entry, message, ("item",))
+        yield Constraint(
+            name=name,
+            names=tuple(map(normal, (name, *entry.texts(AB.alias)))),
+            classes=entry.iris(AB["class"]),
+            props=entry.iris(AB.property),
+            query=query_of(entry, ask, "ab:ask", "ASK"),
+            message=message,
+            diet=entry.flag(AB.diet),
+            strict=tuple(map(normal, entry.texts(AB.allergyTo))),
+            source=ask,
+        )

@@ -4,13 +4,13 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 
-import pyoxigraph
 from rdflib import Literal, URIRef, Variable
 
 from adaptbot_cli.core.datatypes import DATATYPES, is_value
 from adaptbot_cli.core.domain import Effect, Property
 from adaptbot_cli.core.names import a, misspelt, nearest, sentence_list
 from adaptbot_cli.core.pack.entry import Entry
+from adaptbot_cli.core.pack.queries import valid
 from adaptbot_cli.core.sparql import prefixed, split_update, used_variables
 from adaptbot_cli.core.terms import AB, Triple, local
 
@@ -60,9 +60,7 @@ def _bound(entry: Entry, effect: Effect) -> set[str]:
     """The variables that the WHERE of an effect gives values to."""
     where = split_update(effect.update)[2]
     query = f"{prefixed(entry.graph, where)}SELECT * WHERE {{ {where}\n}}"
-    found = pyoxigraph.Store().query(query)
-    names = found.variables if isinstance(found, pyoxigraph.QuerySolutions) else ()
-    return {variable.value for variable in names}
+    return set(valid(entry, query, "ab:effect") or ())
 
 
 def _check_value(entry: Entry, triple: Triple, prop: Property) -> None:

@@ -16,11 +16,11 @@ from adaptbot_cli.adapters.planner.local.prompts import for_model
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
-from adaptbot_cli.core.parsing import parse
-from adaptbot_cli.core.tasks import task_for
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
+from tests.asking import task_for
 
 FORM = r"""root ::= call ("\n" call){0,3}
 call ::= "clean(" name ")"

@@ -16,10 +16,10 @@ from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
+from tests.asking import task_for
 from tests.board import on_board
 
 LIBRARY = bundled("prompts") / "library"

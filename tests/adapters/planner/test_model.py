@@ -16,13 +16,13 @@ from adaptbot_cli.adapters.planner.provider import Asking
 from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.parsing import parse
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
 from tests import loopback as server
+from tests.asking import task_for
 from tests.loopback import USAGE, Answer, Loopback, refuses, says, serving
 
 PLAN = 'pick_up_obj("egg")\nput_down_obj("egg", "bowl")\nwait(5)'
@@ -278,6 +278,18 @@ def test_tool_calls_are_a_plan(ask: Ask) -> None:
         'pick_up_obj(obj="egg")',
         "wait(time=5)",
     ]
+
+
+def test_calls_with_one_index_and_ids_of_their_own_are_several(ask: Ask) -> None:
+    text = ask(server.calls_tools(("wait", {"time": 5}), ("wait", {"time": 6}), index=0)).text
+    assert [written.call.render() for written in parse(text).calls] == [
+        "wait(time=5)",
+        "wait(time=6)",
+    ]
+
+
+def test_an_answer_that_only_reasons_is_told_for_what_it_is(ask: Ask) -> None:
+    assert "it only reasoned" in ask(server.streams({"reasoning_content": "The egg first."})).said
 
 
 @pytest.mark.parametrize(

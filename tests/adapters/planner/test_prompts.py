@@ -11,9 +11,9 @@ from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.tasks import task_for
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.resources import bundled
+from tests.asking import task_for
 
 DEFAULT = Path(__file__).parents[4] / "shared" / "published"
 PUBLISHED = Path(os.environ.get("ADAPTBOT_PUBLISHED", DEFAULT))

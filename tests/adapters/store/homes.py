@@ -6,8 +6,7 @@ from pathlib import Path
 
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.adapters.store.keeper import Keeper, Origin
-from adaptbot_cli.adapters.store.opening import Start, start
+from adaptbot_cli.adapters.store.keeper import Keeper, Origin, Start, start
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Task

@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 
 from adaptbot_cli import session
-from adaptbot_cli.adapters.store.files import lock
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.core.faults import faults
@@ -108,12 +107,13 @@ def test_a_run_that_started_before_another_learned_keeps_what_both_learned(tmp_p
 
 
 def test_who_waits_comes_before_who_lets_go_and_wants_it_again(tmp_path: Path) -> None:
+    repo = Repo.open_or_init(tmp_path)
     turns = tmp_path / "turns"
     turns.write_text("")
 
     def work(number: int) -> None:
         for _ in range(90):
-            with lock(tmp_path):
+            with repo.writing():
                 turns.write_text(f"{turns.read_text()}{number}")
                 time.sleep(0.002)
 

@@ -1,156 +1,161 @@
-"""A process killed at any moment of a commit leaves the old or the new graph, whole, with its
-provenance, and nothing in the way of the next one."""
+"""A process killed at any step of any command that commits leaves the old or the new, all of it:
+files, HEAD and index, with the provenance, and nothing in the way of the next command."""
 
 import os
-import random
 import shutil
-import signal
 import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from rdflib import Literal
 
+from adaptbot_cli import session
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.session import changing, querying, starting, teaching
+from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
+from tests.adapters.store.kills import at_one, killed_at, steps
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs fork and SIGKILL")
-KILLS = 200
-SEED = int(os.environ.get("ADAPTBOT_CRASH_SEED", random.SystemRandom().randrange(10**6)))
-PATHS = ["kg/kitchen/attributes.ttl", "kg/kitchen/state.ttl"]
+EDIT = b'\nex:mug a ex:mreceptacle ; ex:rec_name "mug" .\n'
+LEEK = "leek: {kind: object, obj_location: fridge, IsLiquid: no, IsSliceable: yes, IsBig: no}\n"
+GIVEN = "<http://example.org/egg> <http://example.org/obj_location> <http://example.org/table> ."
 
 
-def child(work: Callable[[], object], ready: int) -> int:
-    """Fork a warm process that says it is ready and works; return its id."""
-    pid = os.fork()
-    if pid == 0:
-        try:
-            os.write(ready, b".")
-            work()
-        finally:
-            os._exit(0)
-    return pid
+def home(root: Path) -> Home:
+    return Home(Workspace(root), "kitchen")
 
 
-def killed_after(seconds: float, work: Callable[[], object]) -> bool:
-    """Let a process work and kill it after some time; tell whether that was in time."""
-    listen, ready = os.pipe()
-    pid = child(work, ready)
-    os.read(listen, 1)
-    time.sleep(seconds)
-    os.kill(pid, signal.SIGKILL)
-    os.close(listen)
-    os.close(ready)
-    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == -signal.SIGKILL
+def _edited(root: Path) -> None:
+    with (root / "kg/kitchen/attributes.ttl").open("ab") as file:
+        file.write(EDIT)
 
 
-def killed_at(step: int, work: Callable[[], object]) -> bool:
-    """Let a process work and kill itself before its `step`th change on the disk."""
+def run(root: Path) -> None:
+    Keeper(root, "kitchen", ORIGIN).keep(item("chard", "fridge"))
 
-    def counting() -> None:
-        left = [step]
 
-        def hook(event: str, arguments: tuple[object, ...]) -> None:
-            changing = event == "open" and isinstance(arguments[2], int) and arguments[2] & 3
-            if changing or event in ("os.rename", "os.remove", "os.link", "os.mkdir", "os.chmod"):
-                left[0] -= 1
-                if left[0] == 0:
-                    os.kill(os.getpid(), signal.SIGKILL)
+def apply(root: Path) -> None:
+    old, new = ((ex("egg"), ex("IsBoiled"), Literal(value)) for value in (False, True))
+    delta = Delta(frozenset({old}), frozenset({new}))
+    Keeper(root, "kitchen", ORIGIN).apply("boiled egg", [delta])
 
-        sys.addaudithook(hook)
-        work()
 
-    listen, ready = os.pipe()
-    pid = child(counting, ready)
-    os.close(listen)
-    os.close(ready)
-    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == -signal.SIGKILL
+def add(root: Path) -> None:
+    teaching.teach(home(root), "leek", root.parent / "answers.yaml", None)
+
+
+def retract(root: Path) -> None:
+    changing.commit(home(root), changing.retract(home(root), "okra"))
+
+
+def revert(root: Path) -> None:
+    changing.commit(home(root), changing.revert(home(root), "HEAD"))
+
+
+def take_in(root: Path) -> None:
+    given = querying.imported(home(root), [root.parent / "given.ttl"], False)[1]
+    changing.commit(home(root), given)
+
+
+def update(root: Path) -> None:
+    text = "DELETE { ex:egg ex:IsBoiled false } INSERT { ex:egg ex:IsBoiled true } WHERE {}"
+    changing.commit(home(root), querying.update(home(root), text))
+
+
+def commit(root: Path) -> None:
+    changing.commit_edits(home(root), "a mug")
+
+
+def new(root: Path) -> None:
+    starting.start(Workspace(root), "garden")
+
+
+VERBS: list[tuple[Callable[[Path], None], bool]] = [
+    (run, False), (run, True), (apply, False), (add, False), (retract, False), (revert, False),
+    (take_in, False), (update, False), (commit, True), (new, False),
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A workspace that has been used once."""
-    root = tmp_path_factory.mktemp("first") / "home"
-    keeper(root).keep(item("leek", "fridge"))
-    return root
-
-
-@pytest.fixture
-def root(first: Path, tmp_path: Path) -> Iterator[Path]:
-    """A copy of it; afterwards git itself finds nothing wrong with it."""
-    root = tmp_path / "home"
-    shutil.copytree(first, root)
-    yield root
-    if shutil.which("git"):
-        found = subprocess.run(
-            ["git", "fsck", "--strict"], cwd=root, capture_output=True, text=True
-        )
-        assert found.returncode == 0, found.stderr
-        status = subprocess.run(
-            ["git", "status", "--porcelain"], cwd=root, capture_output=True, text=True
-        )
-        assert status.stdout == ""
-
-
-def whole(root: Path, before: dict[str, bytes], name: str) -> bool:
-    """Check what a kill has left when `name` was being kept; tell whether it has been."""
-    start = begun(root)
-    after = files(root)
-    holds = bool(start.kg.find(name))
-    if holds:
-        about = {predicate for _, predicate, _ in start.kg.facts.triples((ex(name), None, None))}
-        assert {ex("obj_name"), ex("obj_location")} < about
-    else:
-        assert after == before
-    repo = Repo.open_or_init(root)
-    assert start.edited == () and repo.dirty(PATHS) == []
-    newest = next(repo.log(PATHS))
-    told = [value for key, value in newest.trailers if key.startswith("Fact")]
-    assert (f"+ {name} obj_location fridge" in told) == holds
-    left = [p for p in root.rglob("*.*") if p.is_file() and p.suffix in (".lock", ".adaptbot")]
-    assert left == []
-    return holds
-
-
-def test_a_kill_at_any_time_leaves_the_old_or_the_new(root: Path) -> None:
-    """200 kills at random times of a commit, each followed by a look, some by another commit."""
-    print(f"ADAPTBOT_CRASH_SEED={SEED}")
-    rng = random.Random(SEED)
-    one = Keeper(root, "kitchen", ORIGIN)
-    one.keep(item("warm", "fridge"))
-    usual = 0.0
-    in_time = kept = 0
-    for number in range(5 * KILLS):
-        if number % 5 == 0:  # measured anew: what else this machine does comes and goes
-            started = time.perf_counter()
-            assert one.keep(item(f"after_{number}", "fridge")).revision
-            usual = time.perf_counter() - started
-        before, name = files(root), f"thing_{number}"
-        turn = item(name, "fridge")
-        in_time += killed_after(rng.uniform(0, 1.2 * usual), lambda turn=turn: one.keep(turn))
-        kept += whole(root, before, name)
-        if in_time == KILLS:
-            break
-    assert in_time == KILLS, "most kills came too late to prove anything"
-    assert 0 < kept <= number, "some kills come before the change holds, some after it"
-
-
-def test_a_kill_before_any_step_leaves_the_old_or_the_new(root: Path) -> None:
-    """A kill before each single change on the disk that a commit makes."""
-    one = Keeper(root, "kitchen", ORIGIN)
-    one.keep(item("warm", "fridge"))
+    top = tmp_path_factory.mktemp("first")
+    (top / "answers.yaml").write_text(LEEK)
+    (top / "given.ttl").write_text(GIVEN)
+    keeper(top / "home").keep(item("okra", "fridge"))
     for number in range(256):  # git makes each on its first use: then no two commits step alike
-        (root / f".git/objects/{number:02x}").mkdir(exist_ok=True)
+        (top / f"home/.git/objects/{number:02x}").mkdir(exist_ok=True)
+    return top
+
+
+def content(root: Path) -> dict[str, bytes]:
+    return {p.relative_to(root).as_posix(): p.read_bytes() for p in root.glob("[kp]*/**/*.*")}
+
+
+@pytest.mark.parametrize(
+    ("verb", "edited"), VERBS, ids=[f"{v.__name__}{' over edits' * e}" for v, e in VERBS]
+)
+def test_a_kill_at_any_step_leaves_the_old_or_the_new(
+    first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool
+) -> None:
+    def copied(name: str) -> Path:
+        shutil.copytree(first, tmp_path / name)
+        if edited:
+            _edited(tmp_path / name / "home")
+        return tmp_path / name / "home"
+
+    done = copied("done")
+    old, old_head = content(done), Repo.open_or_init(done).head()
+    verb(done)
+    whole, commits = content(done), len(list(Repo.open_or_init(done).log()))
+    assert at_one(done) and old_head != Repo.open_or_init(done).head()
     outcomes = []
-    for step in range(1, 400):
-        before, name = files(root), f"thing_{step}"
-        turn = item(name, "fridge")
-        if not killed_at(step, lambda turn=turn: one.keep(turn)):
+    for step in steps():
+        root = copied("killed")
+        if not killed_at(step, lambda root=root: verb(root)):  # type: ignore[misc]
             break
-        outcomes.append(whole(root, before, name))
+        if step % 10 == 0:
+            begun(root)  # a run comes next
+        elif step % 10 == 5:
+            session.load(Workspace(root), "kitchen")  # or a reader
+        else:
+            with Repo.open_or_init(root).writing():
+                pass  # what any command that writes does first
+        now = content(root)
+        assert now in (old, whole), step
+        made = len(list(Repo.open_or_init(root).log()))
+        if now != old:
+            assert made == commits, step
+        with Repo.open_or_init(root).writing():
+            pass
+        assert at_one(root), step
+        dirty = Repo.open_or_init(root).dirty([f"kg/kitchen/{name}" for name in files(root)])
+        assert (dirty == []) or (now == old and edited), step
+        outcomes.append(made)
+        shutil.rmtree(root.parent)
+    print(f"{verb.__name__}: {len(outcomes)} kills")
     assert len(outcomes) > 30
     assert outcomes == sorted(outcomes), "once the change holds, it holds"
-    assert outcomes[0] is False and outcomes[-1] is True
+    if shutil.which("git"):
+        assert (
+            subprocess.run(["git", "fsck", "--strict"], cwd=root, capture_output=True).returncode
+            == 0
+        )
+
+
+def test_a_kill_in_a_first_use_leaves_nothing_in_its_way(tmp_path: Path) -> None:
+    keeper(tmp_path / "done")
+    whole, outcomes = content(tmp_path / "done"), 0
+    for step in steps():
+        root = tmp_path / str(step)
+        if not killed_at(step, lambda root=root: begun(root)):  # type: ignore[misc]
+            break
+        assert begun(root).revision and content(root) == whole, step
+        assert at_one(root) and len(list(Repo.open_or_init(root).log())) == 1, step
+        outcomes += 1
+    assert outcomes > 30

@@ -20,8 +20,9 @@ from adaptbot_cli.core.turns import Ask, Turn
 from adaptbot_cli.session import Request, build
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import begun, item, keeper
-from tests.adapters.store.test_crash import PATHS, SEED
 
+PATHS = ["kg/kitchen/attributes.ttl", "kg/kitchen/state.ttl"]
+SEED = int(os.environ.get("ADAPTBOT_CRASH_SEED", random.SystemRandom().randrange(10**6)))
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs fork and SIGKILL")
 KILLS = 100
 STONES = ["moonstone", "sunstone", "bloodstone", "rhinestone"]

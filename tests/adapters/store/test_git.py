@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from adaptbot_cli.adapters.store.files import read
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.errors import KnowledgeError
 
@@ -33,6 +34,12 @@ def git(folder: Path, *args: str) -> str:
         capture_output=True,
         text=True,
     ).stdout
+
+
+def commit(repo: Repo, paths: list[str], message: str, when: datetime | None = None) -> str:
+    """Commit files as they are on the disk, or as gone."""
+    with repo.writing():
+        return repo.commit({path: read(repo.root, path) for path in paths}, message, when)
 
 
 def put(root: Path, **files: str) -> None:
@@ -66,7 +73,7 @@ def test_the_first_commit_makes_a_repository(tmp_path: Path) -> None:
     assert list(repo.log([])) == []
     put(root, kg__a="one\n", b="no\n")
     assert repo.dirty(["kg/a.ttl", "missing.ttl"]) == ["kg/a.ttl"]
-    sha = repo.commit(["kg/a.ttl"], "Learn a", WHEN)
+    sha = commit(repo, ["kg/a.ttl"], "Learn a", WHEN)
     assert repo.head() == sha
     assert (root / ".git" / "HEAD").read_text() == "ref: refs/heads/main\n"
     assert repo.read("kg/a.ttl", "HEAD") == b"one\n"
@@ -79,8 +86,8 @@ def test_the_first_commit_makes_a_repository(tmp_path: Path) -> None:
 def test_nothing_changed_makes_no_commit(tmp_path: Path) -> None:
     repo = Repo.open_or_init(tmp_path / "home")
     put(tmp_path / "home", a="one\n")
-    sha = repo.commit(["a.ttl"], "One")
-    assert repo.commit(["a.ttl", "never.ttl"], "Again") == sha
+    sha = commit(repo, ["a.ttl"], "One")
+    assert commit(repo, ["a.ttl", "never.ttl"], "Again") == sha
     assert [commit.sha for commit in repo.log(["a.ttl"])] == [sha]
 
 
@@ -88,10 +95,10 @@ def test_a_removed_file_is_removed(tmp_path: Path) -> None:
     root = tmp_path / "home"
     repo = Repo.open_or_init(root)
     put(root, kg__a="one\n", b="two\n")
-    repo.commit(["kg/a.ttl", "b.ttl"], "Two")
+    commit(repo, ["kg/a.ttl", "b.ttl"], "Two")
     (root / "kg" / "a.ttl").unlink()
     assert repo.dirty(["kg/a.ttl"]) == ["kg/a.ttl"]
-    repo.commit(["kg/a.ttl"], "Gone")
+    commit(repo, ["kg/a.ttl"], "Gone")
     assert repo.read("kg/a.ttl", "HEAD") is None
     assert repo.read("kg/a.ttl", "HEAD~1") == b"one\n"
 
@@ -103,13 +110,13 @@ def test_a_file_and_a_folder_may_change_places(tmp_path: Path) -> None:
     (root / "a").write_text("file\n")
     (root / "b").mkdir()
     (root / "b" / "c").write_text("in a folder\n")
-    repo.commit(["a", "b/c"], "One way")
+    commit(repo, ["a", "b/c"], "One way")
     (root / "a").unlink()
     (root / "a").mkdir()
     (root / "a" / "c").write_text("in a folder\n")
     shutil.rmtree(root / "b")
     (root / "b").write_text("file\n")
-    repo.commit(["a/c", "b"], "The other way")
+    commit(repo, ["a/c", "b"], "The other way")
     assert git(root, "ls-tree", "-r", "--name-only", "HEAD").split() == ["a/c", "b"]
     assert git(root, "status", "--porcelain") == ""
     git(root, "fsck", "--strict")
@@ -119,15 +126,15 @@ def test_log_tells_who_when_and_why(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     root = tmp_path / "home"
     repo = Repo.open_or_init(root)
     put(root, a="1\n", b="1\n")
-    repo.commit(["a.ttl"], "One", WHEN)
+    commit(repo, ["a.ttl"], "One", WHEN)
     monkeypatch.setenv("GIT_AUTHOR_NAME", "Añn <x>")
     message = (
         "Learn 2 facts\n\nThe body: text.\n\nMore\nlines.\n\n"
         "Task: tea\nQuestion: Is it\n  hot?\nTask: soup\nEmpty:"
     )
-    repo.commit(["b.ttl"], message, WHEN + timedelta(days=1))
+    commit(repo, ["b.ttl"], message, WHEN + timedelta(days=1))
     put(root, a="2\n")
-    repo.commit(["a.ttl"], "Not: a trailer", WHEN.astimezone(UTC))
+    commit(repo, ["a.ttl"], "Not: a trailer", WHEN.astimezone(UTC))
     two, one = repo.log(["a.ttl"])
     assert (two.subject, two.trailers, one.subject) == ("Not: a trailer", (), "One")
     assert one.author == "adaptbot <adaptbot@localhost>"
@@ -144,11 +151,11 @@ def test_the_author_is_the_configured_one(tmp_path: Path) -> None:
     (tmp_path / "gitconfig").write_text("[user]\n\tname = Glo\n\temail = glo@example.org\n")
     repo = Repo.open_or_init(tmp_path / "home")
     put(tmp_path / "home", a="1\n")
-    repo.commit(["a.ttl"], "One")
+    commit(repo, ["a.ttl"], "One")
     with (tmp_path / "home" / ".git" / "config").open("a") as config:
         config.write("[user]\n\tname = Loc\n")
     put(tmp_path / "home", a="2\n")
-    repo.commit(["a.ttl"], "Two")
+    commit(repo, ["a.ttl"], "Two")
     assert [c.author for c in repo.log([])] == ["Loc <glo@example.org>", "Glo <glo@example.org>"]
 
 
@@ -158,7 +165,7 @@ def test_revisions_are_found_as_git_finds_them(tmp_path: Path) -> None:
     shas = []
     for text in "abc":
         put(root, a=text)
-        shas.append(repo.commit(["a.ttl"], text))
+        shas.append(commit(repo, ["a.ttl"], text))
     (root / ".git" / "refs" / "tags" / "first").write_text(shas[0] + "\n")
     for rev, content in [
         ("HEAD", b"c"), ("HEAD~2", b"a"), ("HEAD^", b"b"), (shas[1], b"b"), (shas[1][:7], b"b"),
@@ -175,7 +182,7 @@ def test_revisions_are_found_as_git_finds_them(tmp_path: Path) -> None:
 def test_paths_stay_in_the_workspace(tmp_path: Path, path: str) -> None:
     repo = Repo.open_or_init(tmp_path / "home")
     with pytest.raises(KnowledgeError, match="not the name of a file"):
-        repo.commit([path], "No")
+        commit(repo, [path], "No")
 
 
 @NEEDS_GIT
@@ -185,7 +192,7 @@ def test_the_users_changes_stay(users: Path, folder: str) -> None:
     repo = Repo.open_or_init(root)
     before = git(users, "status", "--porcelain"), git(users, "diff"), git(users, "diff", "--cached")
     put(root, kg__mine="mine\n")
-    sha = repo.commit(["kg/mine.ttl"], "Mine")
+    sha = commit(repo, ["kg/mine.ttl"], "Mine")
     after = git(users, "status", "--porcelain"), git(users, "diff"), git(users, "diff", "--cached")
     assert after == before
     assert git(users, "rev-parse", "trunk").strip() == sha
@@ -205,9 +212,9 @@ def test_plain_git_reads_it_well(tmp_path: Path) -> None:
     root = tmp_path / "home"
     repo = Repo.open_or_init(root)
     put(root, a="one\ntwo\n")
-    first = repo.commit(["a.ttl"], "One\n\nTask: tea", WHEN)
+    first = commit(repo, ["a.ttl"], "One\n\nTask: tea", WHEN)
     put(root, a="one\n2\n")
-    second = repo.commit(["a.ttl"], "Two", WHEN)
+    second = commit(repo, ["a.ttl"], "Two", WHEN)
     assert git(root, "status", "--porcelain") == ""
     git(root, "fsck", "--strict")
     blame = git(root, "blame", "-l", "-s", "--root", "a.ttl").splitlines()
@@ -218,34 +225,40 @@ def test_plain_git_reads_it_well(tmp_path: Path) -> None:
 
 
 @NEEDS_GIT
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no executable bit")
-def test_modes_and_links_are_kept(tmp_path: Path) -> None:
+def test_modes_are_kept_and_links_refused(tmp_path: Path) -> None:
     root = tmp_path / "home"
     repo = Repo.open_or_init(root)
     put(root, tool="#!\n")
     (root / "tool.ttl").chmod(0o755)
-    (root / "link").symlink_to("tool.ttl")
-    repo.commit(["tool.ttl", "link"], "Tool")
-    modes = [line.split()[0] for line in git(root, "ls-tree", "HEAD").splitlines()]
-    assert modes == ["120000", "100755"]
-    (root / "tool.ttl").chmod(0o644)
-    assert repo.dirty(["tool.ttl"]) == ["tool.ttl"]
-    git(root, "config", "core.filemode", "false")
-    assert Repo.open_or_init(root).dirty(["tool.ttl"]) == []
+    git(root, "add", "tool.ttl")
+    git(root, "commit", "-q", "-m", "tool")
+    with repo.writing():
+        repo.commit({"tool.ttl": b"#!!\n"}, "Tool")
+    assert git(root, "ls-tree", "HEAD").split()[0] == "100755"
+    assert (root / "tool.ttl").stat().st_mode & 0o777 == 0o755
+    assert git(root, "status", "--porcelain") == ""
+    (root / "link.ttl").symlink_to("tool.ttl")
     (root / "folder").mkdir()
     (root / "way").symlink_to("folder")
-    (root / "folder" / "a").write_text("a")
-    with pytest.raises(KnowledgeError, match="symbolic link"):
-        repo.commit(["way/a"], "No")
+    (root / "folder" / "a.ttl").write_text("a")
+    for name in ("link.ttl", "way/a.ttl"):
+        with pytest.raises(KnowledgeError, match="symbolic link"):
+            commit(repo, [name], "No")
+        with pytest.raises(KnowledgeError, match="symbolic link"), repo.writing():
+            repo.commit({name: b"no"}, "No")
+    assert (root / "tool.ttl").read_bytes() == b"#!!\n"
 
 
 @NEEDS_GIT
-def test_bytes_are_committed_as_they_are(users: Path) -> None:
+def test_line_ends_are_those_that_git_is_configured_for(users: Path) -> None:
     git(users, "config", "core.autocrlf", "true")
-    (users / "mine").write_bytes(b"a\r\nb\n")
-    Repo.open_or_init(users).commit(["mine"], "Mine")
+    (users / "mine").write_bytes(b"a\r\nb\r\n")
+    repo = Repo.open_or_init(users)
+    commit(repo, ["mine"], "Mine")
     shown = subprocess.run(["git", "cat-file", "-p", "HEAD:mine"], cwd=users, capture_output=True)
-    assert shown.stdout == b"a\r\nb\n"
+    assert shown.stdout == b"a\nb\n"
+    assert (users / "mine").read_bytes() == b"a\r\nb\r\n"
+    assert repo.dirty(["mine"]) == [] and " mine" not in git(users, "status", "--porcelain")
 
 
 @NEEDS_GIT
@@ -253,7 +266,7 @@ def test_a_detached_head_moves_alone(users: Path) -> None:
     git(users, "checkout", "-q", "--detach")
     repo = Repo.open_or_init(users)
     put(users, mine="1\n")
-    sha = repo.commit(["mine.ttl"], "Mine")
+    sha = commit(repo, ["mine.ttl"], "Mine")
     assert git(users, "rev-parse", "HEAD").strip() == sha
     assert git(users, "rev-parse", "trunk~0").strip() == git(users, "rev-parse", "HEAD~1").strip()
 
@@ -263,11 +276,11 @@ def test_packed_refs_objects_and_worktrees_are_fine(users: Path, tmp_path: Path)
     git(users, "gc", "-q")
     git(users, "worktree", "add", "-q", "-b", "side", str(tmp_path / "side"))
     put(tmp_path / "side", kept="side\n")
-    sha = Repo.open_or_init(tmp_path / "side").commit(["kept.ttl"], "Side")
+    sha = commit(Repo.open_or_init(tmp_path / "side"), ["kept.ttl"], "Side")
     assert git(users, "rev-parse", "side").strip() == sha
     put(users, kept="trunk\n")
     assert git(users, "rev-parse", "trunk").strip() != sha
-    sha = Repo.open_or_init(users).commit(["kept.ttl"], "Trunk")
+    sha = commit(Repo.open_or_init(users), ["kept.ttl"], "Trunk")
     assert git(users, "rev-parse", "trunk").strip() == sha
     git(users, "fsck", "--strict")
 
@@ -284,7 +297,7 @@ def test_a_file_in_a_merge_is_refused(users: Path) -> None:
     with pytest.raises(subprocess.CalledProcessError):
         git(users, "merge", "other")
     with pytest.raises(KnowledgeError, match="middle of a merge"):
-        Repo.open_or_init(users).commit(["kept.ttl"], "No")
+        commit(Repo.open_or_init(users), ["kept.ttl"], "No")
 
 
 @NEEDS_GIT
@@ -295,7 +308,7 @@ def test_no_hook_is_run(users: Path) -> None:
         hook.write_text("#!/bin/sh\necho ran > ran\nexit 1\n")
         hook.chmod(0o755)
     put(users, mine="1\n")
-    Repo.open_or_init(users).commit(["mine.ttl"], "Mine")
+    commit(Repo.open_or_init(users), ["mine.ttl"], "Mine")
     assert not (users / "ran").exists()
 
 
@@ -309,7 +322,7 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path, users: Path) -> None:
     git(users, "update-index", "--split-index")
     put(users, mine="1\n")
     with pytest.raises(KnowledgeError, match="split"):
-        Repo.open_or_init(users).commit(["mine.ttl"], "Mine")
+        commit(Repo.open_or_init(users), ["mine.ttl"], "Mine")
 
 
 def test_two_processes_lose_no_commit(tmp_path: Path) -> None:
@@ -319,8 +332,9 @@ def test_two_processes_lose_no_commit(tmp_path: Path) -> None:
         "import sys; from pathlib import Path; from adaptbot_cli.adapters.store.git import Repo\n"
         "root, name = Path(sys.argv[1]), sys.argv[2]\n"
         "for n in range(15):\n"
-        "    (root / name).write_text(str(n))\n"
-        "    Repo.open_or_init(root).commit([name], f'{name} {n}')\n"
+        "    repo = Repo.open_or_init(root)\n"
+        "    with repo.writing():\n"
+        "        repo.commit({name: str(n).encode()}, f'{name} {n}')\n"
     )
     env = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
     command = [sys.executable, "-c", script, str(root)]
@@ -330,7 +344,7 @@ def test_two_processes_lose_no_commit(tmp_path: Path) -> None:
     assert repo.read("a", "HEAD") == repo.read("b", "HEAD") == b"14"
 
 
-def test_importing_the_module_does_not_import_dulwich() -> None:
-    script = "import sys, adaptbot_cli.adapters.store.git; sys.exit('dulwich' in sys.modules)"
+def test_importing_the_module_does_not_import_pygit2() -> None:
+    script = "import sys, adaptbot_cli.adapters.store.git; sys.exit('pygit2' in sys.modules)"
     env = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
     assert subprocess.run([sys.executable, "-c", script], env=env).returncode == 0

@@ -1,5 +1,6 @@
 """A person's edits of the Turtle files are used, told, and left for the person to commit."""
 
+import itertools
 import shutil
 import subprocess
 from pathlib import Path
@@ -31,32 +32,30 @@ def committed(root: Path, path: str) -> str:
     return (repo.read(path, repo.head() or "") or b"").decode()
 
 
-def test_edits_are_told_and_stay_uncommitted(one: Keeper, tmp_path: Path) -> None:
+def test_edits_are_committed_first_as_a_commit_of_their_own(one: Keeper, tmp_path: Path) -> None:
     edit(tmp_path, ATTRIBUTES, '\n# mine\nex:mug a ex:mreceptacle ; ex:rec_name "mug" .\n')
     start = begun(tmp_path)
     assert start.edited == (ATTRIBUTES,) and start.kg.find("mug")
     one.keep(leek("fridge"))
-    assert "ex:leek" in committed(tmp_path, ATTRIBUTES)
-    assert "mug" not in committed(tmp_path, ATTRIBUTES)
-    on_disk = (tmp_path / ATTRIBUTES).read_text(encoding="utf-8")
-    assert "# mine\nex:mug a ex:mreceptacle" in on_disk and "ex:leek" in on_disk
-    assert Repo.open_or_init(tmp_path).dirty([ATTRIBUTES, STATE]) == [ATTRIBUTES]
+    repo = Repo.open_or_init(tmp_path)
+    learn, edits = itertools.islice(repo.log(), 2)
+    assert edits.subject == "hand edit: attributes.ttl"
+    assert edits.trailers == (("Source", "hand edit"),)
+    before, after = (repo.read(ATTRIBUTES, commit.sha) or b"" for commit in (edits, learn))
+    assert b"# mine\nex:mug a ex:mreceptacle" in before and b"ex:leek" not in before
+    assert b"ex:leek" in after and repo.dirty([ATTRIBUTES, STATE]) == []
 
 
-def test_what_rests_on_an_edit_takes_the_edits_along_and_says_so(
-    one: Keeper, tmp_path: Path
-) -> None:
+def test_what_is_learned_may_rest_on_an_edit(one: Keeper, tmp_path: Path) -> None:
     edit(tmp_path, ATTRIBUTES, '\nex:mug a ex:mreceptacle ; ex:rec_name "mug" .\n')
     one.keep(learned((ex("mug"), ex("deep_rec"), Literal(True))))
     assert "ex:mug" in committed(tmp_path, ATTRIBUTES)
-    newest = next(Repo.open_or_init(tmp_path).log())
-    assert ("Hand-edited", ATTRIBUTES) in newest.trailers
     assert begun(tmp_path).edited == ()
 
 
 @NEEDS_GIT
-def test_what_is_staged_stays_staged(one: Keeper, tmp_path: Path) -> None:
-    edit(tmp_path, ATTRIBUTES, '\nex:mug a ex:mreceptacle ; ex:rec_name "mug" .\n')
+def test_what_is_staged_of_edits_with_faults_stays_staged(one: Keeper, tmp_path: Path) -> None:
+    edit(tmp_path, ATTRIBUTES, "\nex:mug a ex:mreceptacle .\n")  # without a name
     subprocess.run(["git", "add", ATTRIBUTES], cwd=tmp_path, check=True)
     edit(tmp_path, ATTRIBUTES, '\nex:jug a ex:mreceptacle ; ex:rec_name "jug" .\n')
     one.keep(leek("fridge"))

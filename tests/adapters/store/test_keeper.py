@@ -1,5 +1,7 @@
 """What was learned is kept whole or not at all, beside what other runs have learned meanwhile."""
 
+import re
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -8,14 +10,14 @@ from types import FrameType
 import pytest
 
 from adaptbot_cli import session
-from adaptbot_cli.adapters.store.files import lock, settle, write_files
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.opening import start
+from adaptbot_cli.adapters.store.keeper import Keeper, start
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned, leek
+from tests.adapters.store.kills import at_one, killed_at, steps
 
 
 def test_a_second_first_run_leaves_what_a_first_one_has_learned(tmp_path: Path) -> None:
@@ -32,7 +34,7 @@ def test_what_a_first_use_writes_is_asked_for_under_the_lock(tmp_path: Path) -> 
     def first() -> dict[str, bytes]:
         def other() -> None:
             try:
-                with lock(tmp_path, timeout=0):
+                with Repo.open_or_init(tmp_path).writing(timeout=0):
                     asked.append("free")
             except KnowledgeError:
                 asked.append("locked")
@@ -49,7 +51,7 @@ def test_what_a_first_use_writes_is_asked_for_under_the_lock(tmp_path: Path) -> 
 def test_a_commit_that_fails_changes_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("adaptbot_cli.adapters.store.git.repo._PATIENCE", 0.0)
+    monkeypatch.setattr("adaptbot_cli.adapters.store.git.PATIENCE", 0.0)
     one = keeper(tmp_path)
     head = Repo.open_or_init(tmp_path).head()
     before = files(tmp_path)
@@ -63,7 +65,7 @@ def test_a_commit_that_fails_changes_nothing(
     assert one.keep(leek("fridge")).revision != head
 
 
-@pytest.mark.parametrize("step", [1, 5, 10, 15, 20, 25, 30, 35, 40])
+@pytest.mark.parametrize("step", [1, 3, 5, 8, 10, 13, 15, 18, 20])
 def test_ctrl_c_in_a_commit_leaves_the_old_or_the_new(tmp_path: Path, step: int) -> None:
     """Ctrl-C at a step of the commit, wherever that is: what is said is what is there."""
     one = keeper(tmp_path)
@@ -132,44 +134,72 @@ def test_a_fault_that_was_there_before_refuses_nothing(tmp_path: Path) -> None:
     assert one.keep(leek("fridge")).revision
 
 
-def interrupted(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave a write of state.ttl that was killed once it held."""
-    keeper(root)
-
-    def killed(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr("adaptbot_cli.adapters.store.files.journal._settle", killed)
-        with pytest.raises(KeyboardInterrupt), lock(root):
-            attributes = root / "kg" / "kitchen" / "attributes.ttl"
-            leek = b'\nex:leek a ex:object ; ex:obj_name "leek" .\n'
-            write_files(root, {"kg/kitchen/attributes.ttl": attributes.read_bytes() + leek})
+def interrupted(root: Path) -> Keeper:
+    """Leave a commit of the leek that was killed once it was due."""
+    one = keeper(root)
+    for step in steps():
+        if not killed_at(step, lambda: one.keep(leek("fridge"))):
+            raise AssertionError("it was never due")
+        if Repo.open_or_init(root).interrupted():
+            return one
+        begun(root)
+    return one
 
 
-def test_reading_finishes_what_a_killed_run_left(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupted(tmp_path, monkeypatch)
+def test_reading_finishes_what_a_killed_run_left(tmp_path: Path) -> None:
+    interrupted(tmp_path)
     assert b"ex:leek" not in files(tmp_path)["attributes.ttl"]
     assert session.load(Workspace(tmp_path), "kitchen").find("leek") == (ex("leek"),)
-    assert b"ex:leek" in files(tmp_path)["attributes.ttl"]
+    assert b"ex:leek" in files(tmp_path)["attributes.ttl"] and at_one(tmp_path)
 
 
-def test_a_workspace_that_cannot_be_written_is_read_as_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupted(tmp_path, monkeypatch)
-    monkeypatch.setattr("os.access", lambda *_: False)
-    assert session.load(Workspace(tmp_path), "kitchen").find("leek") == ()
+def test_what_somebody_has_edited_meanwhile_is_left_alone(tmp_path: Path) -> None:
+    """Neither forward nor over it: the interrupted commit is undone where it can be."""
+    interrupted(tmp_path)
+    head = Repo.open_or_init(tmp_path).head()
+    attributes = tmp_path / "kg/kitchen/attributes.ttl"
+    attributes.write_bytes(attributes.read_bytes() + b"\n# mine\n")
+    assert not session.load(Workspace(tmp_path), "kitchen").find("leek")
+    assert attributes.read_bytes().endswith(b"# mine\n")
+    assert Repo.open_or_init(tmp_path).head() == head and at_one(tmp_path)
+
+
+def test_a_commit_of_other_files_meanwhile_comes_before(tmp_path: Path) -> None:
+    interrupted(tmp_path)
+    for name in ("index.lock", "refs/heads/main.lock"):  # as git itself would be told to
+        (tmp_path / ".git" / name).unlink(missing_ok=True)
+    (tmp_path / "notes").write_text("mine")
+    git = ["git", "-c", "user.name=User", "-c", "user.email=user@example.org"]
+    subprocess.run([*git, "add", "notes"], cwd=tmp_path, check=True)
+    subprocess.run([*git, "commit", "-qm", "mine"], cwd=tmp_path, check=True)
+    assert session.load(Workspace(tmp_path), "kitchen").find("leek")
+    subjects = [commit.subject for commit in Repo.open_or_init(tmp_path).log()]
+    assert subjects[:2] == ["learn: there is leek", "mine"] and at_one(tmp_path)
+
+
+def test_a_commit_whose_objects_are_gone_is_undone_and_said(tmp_path: Path) -> None:
+    interrupted(tmp_path)
+    record = tmp_path / ".git" / "adaptbot" / "intent.json"
+    said = record.read_text()
+    [commit] = re.findall('"commit": "([0-9a-f]{40})"', said)
+    (tmp_path / ".git" / "objects" / commit[:2] / commit[2:]).unlink()
+    start = begun(tmp_path)
+    assert any("was interrupted" in note for note in start.notes)
+    assert start.edited == () and not start.kg.find("leek") and at_one(tmp_path)
+    assert keeper(tmp_path).keep(leek("fridge")).revision
+
+
+@pytest.mark.parametrize("said", ["", "{}", "[1]", "[" * 100_000, '{"commit": 1}', "\0"])
+def test_a_record_that_is_damaged_is_told(tmp_path: Path, said: str) -> None:
+    keeper(tmp_path)
+    (tmp_path / ".git" / "adaptbot" / "intent.json").write_text(said)
+    with pytest.raises(KnowledgeError, match="is damaged.*remove that record"):
+        begun(tmp_path)
 
 
 def test_reading_without_an_interrupted_write_takes_no_lock(tmp_path: Path) -> None:
-    settle(tmp_path)
-    settle(tmp_path / "missing")
-    assert list(tmp_path.iterdir()) == []
     keeper(tmp_path)
-    with lock(tmp_path):
+    with Repo.open_or_init(tmp_path).writing():
         assert session.load(Workspace(tmp_path), "kitchen").find("egg")
 
 

@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.keeper import Keeper
-from adaptbot_cli.adapters.store.starting import create
+from adaptbot_cli.adapters.store.keeper import Keeper, create
 from adaptbot_cli.errors import KnowledgeError
 from tests.adapters.store.homes import ORIGIN, begun, files, item, keeper, leek
 
@@ -117,7 +116,7 @@ def test_a_limit_of_the_file_size_changes_nothing(tmp_path: Path) -> None:
 
 
 @AS_ROOT
-@pytest.mark.parametrize("folder", ["", ".git", ".git/objects", "kg/kitchen", ".adaptbot"])
+@pytest.mark.parametrize("folder", ["", ".git", ".git/objects", "kg/kitchen", ".git/adaptbot"])
 def test_a_folder_that_may_not_be_written_changes_nothing(folder: str) -> None:
     with tempfile.TemporaryDirectory() as name:
         root = Path(name) / "home"
@@ -222,7 +221,7 @@ class TestRepositories:
         assert begun(top / "sub" / "home").kg.find("leek")
 
     def test_a_lock_left_by_a_killed_git(self, top: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("adaptbot_cli.adapters.store.git.repo._PATIENCE", 0.1)
+        monkeypatch.setattr("adaptbot_cli.adapters.store.git.PATIENCE", 0.1)
         one = keeper(top / "sub" / "home")
         before = state(top / "sub" / "home")
         for name in ("index.lock", "refs/heads/trunk.lock"):
@@ -260,7 +259,7 @@ class TestRepositories:
 def test_a_start_that_git_refuses_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("adaptbot_cli.adapters.store.git.repo._PATIENCE", 0.1)
+    monkeypatch.setattr("adaptbot_cli.adapters.store.git.PATIENCE", 0.1)
     root = tmp_path / "home"
     create(root, {"kg/one/domain.ttl": b"# one\n"}, {}, "one")
     held = root / ".git" / "index.lock"

@@ -1,0 +1,220 @@
+"""Files of a workspace: opened relative to its folder, through no link, and written whole.
+
+A workspace may be a stranger's: what it links to is not the workspace's. Only regular files are
+read, so that nothing (a pipe, a device) can keep a reader waiting.
+"""
+
+import errno
+import fcntl
+import os
+import random
+import stat
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from adaptbot_cli.errors import KnowledgeError
+
+LARGEST: Final = 256 * 1024 * 1024
+"""Bytes of a file that are read at most."""
+
+_FOLDER: Final = os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC
+_REASONS: Final = {
+    errno.ENOSPC: "the disk is full; free some space and try again",
+    errno.EDQUOT: "your disk quota is used up; free some space and try again",
+    errno.EFBIG: "the file would be larger than is allowed; raise the limit and try again",
+    errno.EROFS: "the disk is read-only; choose a workspace that can be written with --workspace",
+    errno.EACCES: "permission is denied; make its folder writable or choose another --workspace",
+    errno.EPERM: "permission is denied; make its folder writable or choose another --workspace",
+}
+
+
+@contextmanager
+def refusing(path: Path, what: str = "written, nothing was changed") -> Iterator[None]:
+    """Turn an error of the system into a KnowledgeError about a file."""
+    try:
+        yield
+    except OSError as error:
+        reason = _REASONS.get(error.errno or 0, f"{error.strerror or error}; correct that")
+        raise KnowledgeError(f"{path} could not be {what}: {reason}.") from error
+
+
+@contextmanager
+def folder(root: Path, path: str = "", make: bool = False) -> Iterator[int]:
+    """Open a folder below `root`, step by step and through no link; give its descriptor.
+
+    Raises:
+        FileNotFoundError: it is not there, and not to be made.
+        KnowledgeError: a step is a symbolic link or a file.
+    """
+    handle = os.open(root, _FOLDER)
+    try:
+        for part in PurePosixPath(path).parts:
+            if make:
+                with suppress(FileExistsError):
+                    os.mkdir(part, dir_fd=handle)
+                    os.fsync(handle)
+            try:
+                below = os.open(part, _FOLDER | os.O_NOFOLLOW, dir_fd=handle)
+            except OSError as error:
+                if error.errno not in (errno.ELOOP, errno.ENOTDIR):
+                    raise
+                raise _not(root / path, "folder", part, handle) from error
+            os.close(handle)
+            handle = below
+        yield handle
+    finally:
+        os.close(handle)
+
+
+def _not(path: Path, wanted: str, name: str, handle: int) -> KnowledgeError:
+    """The error of something that is not what is wanted, below an open folder."""
+    link = stat.S_ISLNK(os.stat(name, dir_fd=handle, follow_symlinks=False).st_mode)
+    if link:
+        told = f"{name} is a symbolic link, and links in a workspace are not followed"
+        return KnowledgeError(f"{path} is not used: {told}; put the {wanted} itself there.")
+    return KnowledgeError(f"{path} is not used: {name} is no {wanted}; move it away.")
+
+
+def read(root: Path, path: str) -> bytes | None:
+    """Return the content of a file below `root`, None if there is none.
+
+    Raises:
+        KnowledgeError: it is reached through a link, is no regular file, or is too large.
+    """
+    name = _inside(root, path)
+    with refusing(root / path, "read"):
+        try:
+            with folder(root, str(name.parent)) as handle:
+                flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+                try:
+                    file = os.open(name.name, flags, dir_fd=handle)
+                except OSError as error:
+                    if error.errno not in (errno.ELOOP, errno.ENXIO):
+                        raise
+                    raise _not(root / path, "file", name.name, handle) from error
+                with os.fdopen(file, "rb") as opened:
+                    about = os.fstat(file)
+                    if not stat.S_ISREG(about.st_mode):
+                        raise _not(root / path, "file", name.name, handle)
+                    data = opened.read(LARGEST + 1)
+                    if len(data) > LARGEST:
+                        largest = f"{LARGEST // 1024 // 1024} MB"
+                        raise KnowledgeError(f"{root / path} is larger than {largest}; split it.")
+                    return data
+        except FileNotFoundError:
+            return None
+
+
+def names(root: Path, path: str) -> list[str]:
+    """Return the sorted names in a folder below `root`; none if it is not there."""
+    with refusing(root / path, "read"):
+        try:
+            with folder(root, path) as handle:
+                return sorted(os.listdir(handle))  # noqa: PTH208 - of a descriptor
+        except FileNotFoundError:
+            return []
+
+
+def write(root: Path, path: str, data: bytes | None) -> None:
+    """Give a file new content, through to the disk, or remove it (None); old or new, never half.
+
+    It keeps its mode; missing folders are made. Raises KnowledgeError.
+    """
+    name = _inside(root, path)
+    new = beside(name.name)
+    with refusing(root / path), folder(root, str(name.parent), make=data is not None) as handle:
+        if data is None:
+            with suppress(FileNotFoundError):
+                os.unlink(name.name, dir_fd=handle)
+            os.fsync(handle)
+            return
+        with suppress(FileNotFoundError):
+            os.unlink(new, dir_fd=handle)
+        try:
+            about = os.stat(name.name, dir_fd=handle, follow_symlinks=False)
+            if not stat.S_ISREG(about.st_mode):
+                raise _not(root / path, "file", name.name, handle)
+            mode = stat.S_IMODE(about.st_mode)
+        except FileNotFoundError:
+            mode = None
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+        file = os.open(new, flags, 0o666 if mode is None else mode & 0o600, dir_fd=handle)
+        try:
+            with os.fdopen(file, "wb") as opened:
+                if mode is not None:
+                    os.fchmod(file, mode)
+                opened.write(data)
+                opened.flush()
+                os.fsync(file)
+            os.replace(new, name.name, src_dir_fd=handle, dst_dir_fd=handle)
+        except BaseException:
+            with suppress(OSError):
+                os.unlink(new, dir_fd=handle)
+            raise
+        os.fsync(handle)
+
+
+def clear(root: Path, path: str) -> None:
+    """Remove what a killed `write` of a file has left beside it."""
+    name = _inside(root, path)
+    with (
+        refusing(root / path),
+        suppress(FileNotFoundError),
+        folder(root, str(name.parent)) as handle,
+    ):
+        os.unlink(beside(name.name), dir_fd=handle)
+
+
+def beside(name: str) -> str:
+    """Return the name of the new file that is about to take a file's place."""
+    return f".{name[:200]}.adaptbot"
+
+
+def _inside(root: Path, path: str) -> PurePosixPath:
+    parts = PurePosixPath(path).parts
+    outside = path.startswith("/") or "\0" in path or {"..", ".git"} & {p.lower() for p in parts}
+    if not parts or outside:
+        raise KnowledgeError(f"{path!r} is not the name of a file in the workspace {root}.")
+    return PurePosixPath(path)
+
+
+@contextmanager
+def locked(state: int, root: Path, timeout: float = 30.0) -> Iterator[None]:
+    """Hold the write lock in a folder that is open as `state`, against processes and threads.
+
+    The kernel frees it when the process dies. Who waits at the head of the queue comes before
+    whoever has just let go and wants it again.
+
+    Raises:
+        KnowledgeError: another holds it for longer than `timeout` seconds.
+    """
+    deadline = time.monotonic() + timeout
+    flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+    held = []
+    try:
+        for name in ("queue", "lock"):
+            with refusing(root):
+                held.append(os.open(name, flags, 0o666, dir_fd=state))
+            while not _flocked(held[-1]):
+                if time.monotonic() >= deadline:
+                    raise KnowledgeError(
+                        f"Another adaptbot is writing to {root}; wait until it is done, then "
+                        "try again."
+                    )
+                time.sleep(random.uniform(0.005, 0.01))
+        os.close(held.pop(0))
+        yield
+    finally:
+        for handle in held:
+            os.close(handle)
+
+
+def _flocked(handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

@@ -1,0 +1,853 @@
+"""The git repository of a workspace, through libgit2: no git binary, no hook, no filter program.
+
+`Repo.commit` makes files, index and branch one, whatever interrupts it:
+
+1. the objects of the commit, which nothing names yet; git's own locks on index and branch;
+2. the intent record: this commit is due, and what its files hold before and after;
+3. the files, each old or new; then the index; then the branch; then the intent is forgotten.
+
+A kill before 2 leaves the old state and objects that `git gc` sweeps away. After it the next writer
+rolls forward, or back where somebody has changed the files meanwhile. Locks, intent and caches lie
+in the folder `adaptbot` of the git directory, where no clone brings them.
+"""
+
+import json
+import os
+import re
+import shutil
+import stat
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict, dataclass
+from datetime import datetime, timedelta, timezone
+from functools import cache, cached_property, lru_cache
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from adaptbot_cli.adapters.store import files, trailers
+from adaptbot_cli.adapters.store.trailers import Commit
+from adaptbot_cli.errors import KnowledgeError
+
+if TYPE_CHECKING:
+    import pygit2
+
+PATIENCE: float = 10.0
+"""Seconds to wait for another git process."""
+
+UNFINISHED: Final = ".git.adaptbot-"
+"""How a repository is called that is being made."""
+
+_ROOM: Final = 256 * 1024
+"""Bytes that a commit may need: with less, a failure without a reason is the full disk's."""
+
+_SHA: Final = re.compile(r"[0-9a-f]{40}")
+_ODD: Final = re.compile(r"^/|//|\.\.|[:@?*\[\\]|[\x00-\x20\x7f]")
+"""What no revision's name has: it would mean something else than a commit."""
+_NONE: Final[Mapping[str, bytes]] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Intent:
+    """A commit that is being made: `commit` on `parent`, and by path the blobs that a file holds
+    before (`old`), after (`new`) and in the index (`staged`); None where there is no file."""
+
+    commit: str
+    parent: str | None
+    old: Mapping[str, str | None]
+    new: Mapping[str, str | None]
+    staged: Mapping[str, str | None]
+
+    @classmethod
+    def loads(cls, data: bytes) -> "Intent":
+        """Read the record. Raises ValueError if it is none."""
+        try:
+            found = cls(**json.loads(data))
+            blobs = (found.old, found.new, found.staged)
+            shas = [found.commit, found.parent, *(sha for at in blobs for sha in at.values())]
+            if any(sha is not None and not _SHA.fullmatch(sha) for sha in shas):
+                raise ValueError("no sha")
+            if not found.old.keys() == found.new.keys() == found.staged.keys():
+                raise ValueError("not the same files")
+        except (TypeError, AttributeError, RecursionError) as error:
+            raise ValueError(str(error)) from error
+        return found
+
+
+class Repo:
+    """The repository that a workspace is in. Paths are relative to the workspace, with `/`.
+
+    Methods raise KnowledgeError if the repository cannot be read or written.
+    """
+
+    def __init__(self, repo: "pygit2.Repository", root: Path) -> None:
+        """Wrap a repository; `open` and `open_or_init` are the ways to get one."""
+        self.root = root.resolve()
+        self._repo = repo
+        self._top = Path(repo.workdir).resolve()
+        self._gitdir = Path(repo.path)
+        if not self.root.is_relative_to(self._top):
+            raise KnowledgeError(
+                f"{self._gitdir}/config says that its files are in {self._top}, and {root} is not; "
+                "correct core.worktree there, or choose another --workspace."
+            )
+        self._prefix = PurePosixPath(self.root.relative_to(self._top).as_posix())
+        self.notes: list[str] = []
+        """What a recovery has to tell."""
+
+    @classmethod
+    def open(cls, root: Path) -> "Repo | None":
+        """Open the repository that a workspace is in, None if there is none; nothing is written."""
+        root = root.resolve()
+        holder = next((p for p in (root, *root.parents) if (p / ".git").exists()), None)
+        if holder is None:
+            return None
+        pygit2 = _pygit2()
+        named = os.environ.get("GIT_CONFIG_GLOBAL")
+        for level in (pygit2.enums.ConfigLevel.GLOBAL, pygit2.enums.ConfigLevel.XDG):
+            if named:  # libgit2 does not know it: `_setting` looks there
+                pygit2.settings.search_path[level] = os.devnull
+        with _telling(holder):
+            try:
+                found = pygit2.Repository(str(holder))
+            except pygit2.GitError as error:
+                if "not found" not in str(error).lower():
+                    raise
+                raise KnowledgeError(
+                    f"{holder / '.git'} is no whole git repository: its HEAD or objects are "
+                    "missing. Restore it from a copy; `git fsck` tells what is left."
+                ) from error
+            if found.is_bare:
+                return None
+            config = Path(found.path) / "config"
+            if config.is_file() and b"\0" in config.read_bytes():  # libgit2 stops there, silently
+                raise KnowledgeError(
+                    f"{config} is damaged, it holds a NUL byte; correct that file."
+                )
+            repo = cls(found, root)
+            repo.head()
+            return repo
+
+    @classmethod
+    def open_or_init(cls, root: Path, own: bool = False) -> "Repo":
+        """Open the repository that `root` is in; if there is none, make one with branch main.
+
+        With `own` the repository of a folder above does not count.
+        """
+        with files.refusing(root):
+            root.mkdir(parents=True, exist_ok=True)
+        found = None if own and not (root / ".git").exists() else cls.open(root)
+        if found is not None:
+            return found
+        with _telling(root), files.refusing(root):
+            # Made apart and moved into place, so that it is whole or not there at all.
+            new = Path(tempfile.mkdtemp(prefix=UNFINISHED, dir=root))
+            try:
+                _pygit2().init_repository(str(new), initial_head="main")
+                (new / ".git").rename(root / ".git")
+            except (OSError, _pygit2().GitError):
+                if not (root / ".git").exists():  # another may have been quicker
+                    raise
+            finally:
+                for left in root.glob(f"{UNFINISHED}*"):
+                    shutil.rmtree(left, ignore_errors=True)
+        return cls.open_or_init(root)
+
+    # ---------------------------------------------------------------------------------- reading
+
+    def head(self) -> str | None:
+        """Return the sha of the commit that is checked out; None before the first one.
+
+        Raises:
+            KnowledgeError: HEAD or its branch is damaged: that is no new beginning.
+        """
+        name, path = self._branch()
+        with _telling(self._top):
+            if name == "HEAD":
+                return str(self._repo.lookup_reference("HEAD").target)
+            damaged = f"{path} is damaged: it names no commit"
+            with suppress(FileNotFoundError):
+                if not _SHA.fullmatch(path.read_bytes().strip().decode("ascii", "replace")):
+                    raise KnowledgeError(f"{damaged}. {self._last_known(name)}")
+            try:
+                return str(self._repo.lookup_reference(name).target)
+            except KeyError:
+                if self._logged(name):
+                    raise KnowledgeError(f"{path} is missing. {self._last_known(name)}") from None
+                return None
+
+    def _branch(self) -> tuple[str, Path]:
+        """The reference that a commit moves (HEAD itself if detached) and the file it is in."""
+        path = self._gitdir / "HEAD"
+        with files.refusing(path, "read"):
+            told = path.read_bytes()[:4096].decode("utf-8", "replace").strip()
+        if _SHA.fullmatch(told):
+            return "HEAD", path
+        name = told.removeprefix("ref: ").strip()
+        if not told.startswith("ref: ") or not name.startswith("refs/") or _ODD.search(name):
+            raise KnowledgeError(
+                f"{path} is damaged: it names no branch. Write the branch into it that was checked "
+                "out, such as `git symbolic-ref HEAD refs/heads/main`; `git fsck` tells the rest."
+            )
+        return name, self._common / name
+
+    @cached_property
+    def _common(self) -> Path:
+        """The git directory that the worktrees of a repository share."""
+        with suppress(OSError):
+            return (self._gitdir / (self._gitdir / "commondir").read_text().strip()).resolve()
+        return self._gitdir
+
+    def _logged(self, name: str) -> str:
+        """The last commit that the branch's log knows of, empty if it has none."""
+        try:
+            lines = (self._common / "logs" / name).read_bytes()[-65536:].splitlines()
+            found = lines[-1].split(b" ")[1].decode("ascii", "replace")
+        except (OSError, IndexError):
+            return ""
+        return found if _SHA.fullmatch(found) and set(found) != {"0"} else ""
+
+    def _last_known(self, name: str) -> str:
+        sha = self._logged(name)
+        if not sha:
+            return "`git fsck --lost-found` finds the last commit."
+        again = f"git -C {self.root} update-ref {name} {sha}"
+        return f"Its log says {sha[:10]}: remove the file if it is there, then `{again}`."
+
+    def resolve(self, rev: str) -> str:
+        """Return the sha of a revision: a sha or its beginning, a branch, a tag, HEAD~2.
+
+        Raises:
+            KnowledgeError: there is no such revision.
+        """
+        return str(self._commit_at(rev).id)
+
+    def _commit_at(self, rev: str) -> Any:
+        pygit2 = _pygit2()
+        with _telling(self._top):
+            try:
+                if _SHA.fullmatch(rev):
+                    return self._repo[rev].peel(pygit2.Commit)
+                if not rev or not rev.isprintable() or _ODD.search(re.sub(r"[~^][0-9]*", "", rev)):
+                    raise KeyError(rev)
+                return self._repo.revparse_single(rev).peel(pygit2.Commit)
+            except (pygit2.GitError, ValueError, KeyError) as error:
+                if "ambiguous" in str(error):
+                    told = f"{rev!r} is short for several commits; write more."
+                    raise KnowledgeError(told) from error
+                raise KnowledgeError(
+                    f"There is no version {rev!r} in {self._top}; `git log` lists them."
+                ) from error
+
+    def read(self, path: str, rev: str) -> bytes | None:
+        """Return a file's content at a revision, None if it is not there.
+
+        Raises:
+            KnowledgeError: there is no such revision.
+        """
+        entry = self._entry(self._commit_at(rev).tree, path)
+        return None if entry is None else self.blob(str(entry.id))
+
+    def blob(self, sha: str) -> bytes:
+        """Return the content of a blob."""
+        with _telling(self._top):
+            return bytes(self._repo[sha].data)  # type: ignore[attr-defined]
+
+    def blobs(self, rev: str, paths: Sequence[str]) -> dict[str, str]:
+        """Return the shas of the blobs of some files at a revision, those that are there."""
+        tree = self._commit_at(rev).tree
+        found = {path: self._entry(tree, path) for path in paths}
+        return {path: str(entry.id) for path, entry in found.items() if entry is not None}
+
+    def _entry(self, tree: "pygit2.Tree", path: str) -> "pygit2.Object | None":
+        with _telling(self._top):
+            try:
+                entry = tree[self._name(path)]
+            except KeyError:
+                return None
+            return entry if isinstance(entry, _pygit2().Blob) else None
+
+    def log(self, paths: Sequence[str] = (), since: str | None = None) -> Iterator[Commit]:
+        """Give the commits that changed these files or folders (all, if none), newest first;
+        with `since` those that it does not lead back to."""
+        head = self.head()
+        if head is None:
+            return
+        sort = _pygit2().enums.SortMode
+        names = [self._name(path) for path in paths]
+        with _telling(self._top):
+            walk = self._repo.walk(head, sort.TOPOLOGICAL | sort.TIME)
+            if since is not None:
+                walk.hide(since)
+            for commit in walk:
+                parents = self._parents(commit)
+                own = [self._ids(commit, names)]
+                others = [self._ids(self._repo[sha], names) for sha in parents]  # type: ignore[arg-type]
+                if names and own[0] in (others or [[None] * len(names)]):
+                    continue
+                yield _commit(commit, tuple(map(str, parents)))
+
+    def commit_of(self, sha: str) -> Commit:
+        """Return a commit by its sha; in a shallow clone the parents that are there."""
+        with _telling(self._top):
+            found = self._commit_at(sha)
+            return _commit(found, tuple(map(str, self._parents(found))))
+
+    def _parents(self, commit: "pygit2.Commit") -> "list[pygit2.Oid]":
+        """The parents that are there: a shallow clone lacks some."""
+        shallow = self._repo.is_shallow
+        return [sha for sha in commit.parent_ids if not shallow or sha in self._repo]
+
+    def leads_to(self, sha: str, head: str) -> bool:
+        """Tell whether a commit is an ancestor of another, or that one itself."""
+        with _telling(self._top):
+            return sha == head or (sha in self._repo and self._repo.descendant_of(head, sha))
+
+    def _ids(self, commit: "pygit2.Commit", names: Sequence[str]) -> list[object]:
+        tree = commit.tree
+        return [tree[name].id if name in tree else None for name in names]
+
+    def dirty(self, paths: Sequence[str]) -> list[str]:
+        """Return those files that differ from HEAD: changed, new or gone.
+
+        What git would change on the way into the repository (line ends) makes no difference.
+        """
+        head = self.head()
+        before = self.blobs(head, paths) if head else {}
+        found = {path: files.read(self.root, path) for path in paths}
+        return [path for path in paths if before.get(path) != self._sha(path, found[path])]
+
+    def _sha(self, path: str, data: bytes | None) -> str | None:
+        return None if data is None else str(_pygit2().hash(self._cleaned(path, data)))
+
+    def _cleaned(self, path: str, data: bytes) -> bytes:
+        """What git holds of a file with this content: with line ends as configured."""
+        with _telling(self._top):
+            filters = self._repo.load_filter_list(self._name(path))
+            return bytes(filters.apply_to_buffer(data)) if filters is not None else data
+
+    def staged(self, path: str) -> bytes | None:
+        """Return a file's content in the index, None if it is not there or being merged."""
+        with _telling(self._top):
+            self._repo.index.read()
+            try:
+                return self.blob(str(self._repo.index[self._name(path)].id))
+            except KeyError:
+                return None
+
+    @lru_cache(maxsize=256)  # noqa: B019 - a process opens few repositories
+    def _name(self, path: str) -> str:
+        """Return a path as git knows it; raise KnowledgeError if it leaves the workspace."""
+        parts = PurePosixPath(path).parts
+        if not parts or path.startswith("/") or {"..", ".git"} & {p.lower() for p in parts}:
+            raise KnowledgeError(f"{path!r} is not the name of a file in the workspace.")
+        return str(self._prefix / path)
+
+    # ---------------------------------------------------------------------------------- writing
+
+    @contextmanager
+    def writing(self, timeout: float = 30.0) -> Iterator[None]:
+        """Hold the workspace's write lock; first finish or undo what a kill has interrupted."""
+        with (
+            self._shared(),
+            self._state(make=True) as state,
+            files.locked(state, self.root, timeout),
+        ):
+            self._recover()
+            yield
+
+    def interrupted(self) -> bool:
+        """Tell whether a commit has begun and not ended: it is under way or was interrupted."""
+        return self._read_state("intent.json") is not None
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Give what keeps, or may keep, a commit from being made, each with what to do."""
+        try:
+            self._refuse_signing()
+            self._refuse_conflicts({})
+        except KnowledgeError as error:
+            yield str(error), "see there"
+        data = self._read_state("intent.json")
+        if data is not None:
+            try:
+                intent = Intent.loads(data)
+                told = f"a commit of {len(intent.new)} files was interrupted"
+                there = intent.commit in self._repo
+                yield told, f"the next command {'finishes' if there else 'undoes'} it"
+            except ValueError:
+                at = self._gitdir / "adaptbot" / "intent.json"
+                yield f"{at} is damaged", "compare the files with `git status`, then remove it"
+        for lock in (self._gitdir / "index.lock", self._branch()[1].with_suffix(".lock")):
+            if lock.exists():
+                yield f"{lock} is there", "if no git process is at work, remove it"
+
+    def generation(self) -> int:
+        """Return a number that each commit changes."""
+        with suppress(OSError):
+            return (self._gitdir / "adaptbot").stat().st_mtime_ns
+        return 0
+
+    def may_write(self) -> bool:
+        """Tell whether this user may write here at all."""
+        folder = self._gitdir / "adaptbot"
+        return os.access(folder if folder.exists() else self._gitdir, os.W_OK)
+
+    def commit(
+        self,
+        contents: Mapping[str, bytes | None],
+        message: str,
+        when: datetime | None = None,
+        apart: Mapping[str, bytes] = _NONE,
+        staged: Mapping[str, bytes] = _NONE,
+    ) -> str:
+        """Give files new contents (None: gone) and commit them, and nothing else; return the sha.
+
+        `apart` is committed instead of what the disk holds; `staged` is what the index holds where
+        the user has staged something else. Without a difference to HEAD no commit is made and
+        HEAD's sha returned. The caller is in `writing`. `when` is now if None.
+
+        Raises:
+            KnowledgeError: it cannot be made; nothing has changed then.
+        """
+        pygit2 = _pygit2()
+        self._refuse_signing()
+        when = when or datetime.now().astimezone()
+        with _telling(self._top), ExitStack() as locks:
+            index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
+            ref, path = self._branch()
+            branch = locks.enter_context(self._git_lock("branch", path))
+            head = self.head()
+            tree = self._repo[head].tree if head else None
+            disk = {name: files.read(self.root, name) for name in contents}
+            kept = {
+                name: apart[name] if name in apart else data and self._cleaned(name, data)
+                for name, data in contents.items()
+            }
+            self._refuse_conflicts(contents)
+            new_tree = self._tree(tree, kept)
+            sha = head
+            if tree is None or new_tree != tree.id:
+                made = self._author("AUTHOR", when), self._author("COMMITTER", when)
+                text = message.replace("\0", "").strip("\n") + "\n"
+                sha = str(self._repo.create_commit(
+                    None, *made, text.encode("utf-8", "replace").decode(), new_tree,
+                    [pygit2.Oid(hex=head)] if head else [],
+                ))  # fmt: skip
+            elif disk == dict(contents):
+                return str(head)
+            intent = Intent(str(sha), head, *(
+                {name: self._store(data) for name, data in given.items()}
+                for given in (disk, contents, {**kept, **staged})
+            ))  # fmt: skip
+            self._write_state("intent.json", json.dumps(asdict(intent)).encode())
+            try:
+                self._finish(intent, index, branch, ref)
+            except BaseException:
+                if index.exists():
+                    self._back(intent, index)
+                elif self.head() != intent.commit:
+                    self._move(intent, branch, ref)  # files and index are the new ones
+                raise
+            return str(sha)
+
+    def _store(self, data: bytes | None) -> str | None:
+        return None if data is None else str(self._repo.create_blob(data))
+
+    def _tree(self, tree: "pygit2.Tree | None", kept: Mapping[str, bytes | None]) -> Any:
+        pygit2 = _pygit2()
+        index = pygit2.Index()
+        if tree is not None:
+            index.read_tree(tree)
+        for path, data in kept.items():
+            self._set(index, path, self._store(data), tree)
+        return index.write_tree(self._repo)
+
+    def _set(
+        self, index: "pygit2.Index", path: str, blob: str | None, tree: "pygit2.Tree | None"
+    ) -> None:
+        """Set or remove (None) a file in an index; it keeps its mode."""
+        pygit2, name = _pygit2(), self._name(path)
+        if blob is None:
+            if name in index:
+                index.remove(name)
+            return
+        entry = self._entry(tree, path) if tree is not None else None
+        mode = entry.filemode if entry is not None else pygit2.enums.FileMode.BLOB
+        if name not in index:  # perhaps a folder was there, or a file where its folder is now
+            index.remove_directory(name)
+            for parent in PurePosixPath(name).parents:
+                if parent.as_posix() in index:
+                    index.remove(parent.as_posix())
+        index.add(pygit2.IndexEntry(name, pygit2.Oid(hex=blob), mode))
+
+    def _finish(self, intent: Intent, index: Path, branch: Path, ref: str) -> None:
+        """Do what an intent says: the files, the index, the branch; then forget it."""
+        for path, blob in intent.new.items():
+            if blob != intent.old[path] and self._on_disk(path) == intent.old[path]:
+                files.write(self.root, path, None if blob is None else self.blob(blob))
+        self._write_index(index, intent.staged, intent.commit)
+        self._move(intent, branch, ref)
+
+    def _move(self, intent: Intent, branch: Path, ref: str) -> None:
+        """Let the branch name the commit of an intent, and forget the intent."""
+        if intent.commit != intent.parent:
+            _place(branch, f"{intent.commit}\n".encode(), self._mode(branch))
+            with suppress(OSError):  # the log is a help for people; the commit is made
+                self._log(ref, intent)
+        self._write_state("intent.json", None)
+
+    def _on_disk(self, path: str) -> str | None:
+        data = files.read(self.root, path)
+        return None if data is None else str(_pygit2().hash(data))
+
+    def _back(self, intent: Intent, index: Path | None) -> None:
+        """Undo what an intent has done, leaving alone what somebody has changed since."""
+        for path, blob in intent.old.items():
+            files.clear(self.root, path)
+            if blob != intent.new[path] and self._on_disk(path) == intent.new[path]:
+                if blob is None:
+                    files.write(self.root, path, None)
+                elif blob in self._repo:
+                    files.write(self.root, path, self.blob(blob))
+        head = self.head()
+        before = self.blobs(head, list(intent.old)) if head else {}
+        self._repo.index.read()
+        ours = {
+            path: before.get(path)
+            for path, blob in intent.staged.items()
+            if blob is not None and self._in_index(path) == blob
+        }
+        if index is not None and ours:
+            self._write_index(index, ours, head)
+        self._write_state("intent.json", None)
+
+    def _in_index(self, path: str) -> str | None:
+        try:
+            return str(self._repo.index[self._name(path)].id)
+        except KeyError:
+            return None
+
+    def _recover(self) -> None:
+        """Finish or undo a commit that a kill has interrupted, and free its locks."""
+        ref, path = self._branch()
+        for held, at in (("index", self._gitdir / "index"), ("branch", path)):
+            self._free(held, at)
+        for name in ("index", "index.lock", files.beside("intent.json")):
+            (self._gitdir / "adaptbot" / name).unlink(missing_ok=True)
+        data = self._read_state("intent.json")
+        if data is None:
+            return
+        try:
+            intent = Intent.loads(data)
+            for name in intent.new:
+                self._name(name)
+        except ValueError as error:
+            raise KnowledgeError(
+                f"{self._gitdir / 'adaptbot' / 'intent.json'}, the record of an interrupted "
+                f"commit, is damaged. Compare the files of {self.root} with `git status` and "
+                "`git diff`, mend them if need be, then remove that record."
+            ) from error
+        with _telling(self._top), ExitStack() as locks:
+            index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
+            branch = locks.enter_context(self._git_lock("branch", path))
+            for name in intent.new:
+                files.clear(self.root, name)
+            head = self.head()
+            there = intent.commit in self._repo and all(
+                blob is None or blob in self._repo for blob in intent.new.values()
+            )
+            whole = there and all(
+                self._on_disk(name) in (intent.old[name], blob) for name, blob in intent.new.items()
+            )
+            if (there and head == intent.commit) or (whole and head == intent.parent):
+                self._finish(intent, index, branch, ref)
+                return
+            again = whole and self._again(intent, head)
+            if not there:
+                told = "its objects are gone from the repository, so it was undone"
+                self.notes.append(f"a commit was interrupted, and {told}; see `git status`")
+            self._back(intent, index)
+        if again:
+            self.commit(*again)
+
+    def _again(self, intent: Intent, head: str | None) -> "tuple[Any, ...] | None":
+        """What to commit anew, if somebody else has committed other files meanwhile."""
+        paths = list(intent.new)
+        made, now = self.blobs(intent.commit, paths), self.blobs(head, paths) if head else {}
+        before = self.blobs(intent.parent, paths) if intent.parent else {}
+        if now != before:
+            return None
+        contents = {p: None if b is None else self.blob(b) for p, b in intent.new.items()}
+        message = str(self._commit_at(intent.commit).message)
+        when = self.commit_of(intent.commit).when
+        return contents, message, when, {p: self.blob(b) for p, b in made.items()}
+
+    def _write_index(
+        self, lock: Path, staged: Mapping[str, str | None], commit: str | None
+    ) -> None:
+        """Set files in the index, whose lock is held, and leave all else in it as it is."""
+        pygit2 = _pygit2()
+        path = self._gitdir / "index"
+        private = self._gitdir / "adaptbot" / "index"
+        old = path.read_bytes() if path.exists() else None
+        for left in (private, private.with_name("index.lock")):
+            left.unlink(missing_ok=True)
+        if old is not None:
+            private.write_bytes(old)
+        index = pygit2.Index(str(private))
+        tree = self._repo[commit].tree if commit else None
+        for name, blob in staged.items():
+            self._set(index, name, blob, tree)
+        index.write()
+        data = private.read_bytes()
+        private.unlink()
+        # git doubts an entry that is no older than the index: a new index must not seem newer.
+        times = path.stat().st_mtime_ns if old is not None else None
+        _place(lock, data, self._mode(path), times)
+
+    def _refuse_conflicts(self, paths: Mapping[str, object]) -> None:
+        """Raise KnowledgeError if one of the files is being merged."""
+        with _telling(self._top):
+            self._repo.index.read()
+        names = {self._name(path) for path in paths}
+        for sides in self._repo.index.conflicts or ():
+            for side in sides:
+                if side is not None and side.path in names:
+                    raise KnowledgeError(
+                        f"{side.path} is in the middle of a merge; resolve it with git first."
+                    )
+
+    def _setting(self, name: str, default: str = "") -> str:
+        """Look up a setting of git's configuration."""
+        named = os.environ.get("GIT_CONFIG_GLOBAL", "")
+        with _telling(self._top):
+            found: list[Any] = [self._repo.config]
+            found += [_pygit2().Config(named)] if Path(named).is_file() else []
+            return next((str(config[name]) for config in found if name in config), default)
+
+    def _refuse_signing(self) -> None:
+        with _telling(self._top):
+            if self._setting("commit.gpgsign").lower() in ("true", "yes", "on", "1"):
+                raise KnowledgeError(
+                    "git is configured to sign every commit (commit.gpgsign), and adaptbot cannot "
+                    f"sign: `git -C {self.root} config commit.gpgsign false` lets it commit here."
+                )
+
+    def _author(self, kind: str, when: datetime) -> Any:
+        """Who is named where git looks for names: environment, then configuration."""
+
+        def setting(what: str, default: str) -> str:
+            told = os.environ.get(f"GIT_{kind}_{what}", "")
+            for section in (kind.lower(), "user"):
+                told = told or self._setting(f"{section}.{what.lower()}")
+            return re.sub(r"[<>\x00-\x1f]", "", told).strip() or default
+
+        name, email = setting("NAME", "adaptbot"), setting("EMAIL", "adaptbot@localhost")
+        when = when.astimezone() if when.tzinfo is None else when
+        offset = (when.utcoffset() or timedelta()) // timedelta(minutes=1)
+        return _pygit2().Signature(name, email, int(when.timestamp()), offset, "utf-8")
+
+    def _log(self, ref: str, intent: Intent) -> None:
+        if self._setting("core.logallrefupdates").lower() in ("false", "no", "off", "0"):
+            return
+        commit = self._commit_at(intent.commit)
+        who = commit.committer
+        zone = (
+            f"{'-' if who.offset < 0 else '+'}{abs(who.offset) // 60:02}{abs(who.offset) % 60:02}"
+        )
+        line = (
+            f"{intent.parent or '0' * 40} {intent.commit} {who.name} <{who.email}> {who.time} "
+            f"{zone}\tcommit: {commit.message.partition(chr(10))[0]}\n"
+        )
+        for base, log in {(self._gitdir, "HEAD"), (self._common, ref)} - {(self._common, "HEAD")}:
+            path = base / "logs" / log
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("ab") as file:
+                file.write(line.encode("utf-8", "replace"))
+
+    # ------------------------------------------------------------------- git's locks, own state
+
+    @contextmanager
+    def _git_lock(self, key: str, path: Path) -> Iterator[Path]:
+        """Hold git's lock on a file, `path` with `.lock`; give the lock's path.
+
+        The lock is a hard link to a file of our own, where the disk has them: after a kill `_free`
+        finds both and that they are one, which no lock of git's is.
+        """
+        lock, own = path.with_name(f"{path.name}.lock"), self._own(key)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        deadline = time.monotonic() + PATIENCE
+        own.unlink(missing_ok=True)
+        os.close(os.open(own, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        try:
+            while not _linked(own, lock):
+                if time.monotonic() > deadline:
+                    raise KnowledgeError(
+                        f"Another git process is busy in {self._top}. Wait until it is done, then "
+                        f"try again; if none is, remove {lock}."
+                    )
+                time.sleep(0.02)
+            try:
+                yield lock
+            finally:
+                with suppress(FileNotFoundError):
+                    if not own.exists() or lock.samefile(own):
+                        lock.unlink()
+        finally:
+            own.unlink(missing_ok=True)
+
+    def _free(self, name: str, path: Path) -> None:
+        """Remove git's lock on a file if a killed run of ours has left it."""
+        own, lock = self._own(name), path.with_name(f"{path.name}.lock")
+        with suppress(FileNotFoundError):
+            if lock.samefile(own):
+                lock.unlink()
+        own.unlink(missing_ok=True)
+
+    def _own(self, name: str) -> Path:
+        return self._gitdir / "adaptbot" / f"held-{name}"
+
+    @contextmanager
+    def _state(self, make: bool = False) -> Iterator[int]:
+        with (
+            files.refusing(self._gitdir / "adaptbot"),
+            files.folder(self._gitdir, "adaptbot", make) as handle,
+        ):
+            yield handle
+
+    def _read_state(self, name: str) -> bytes | None:
+        return files.read(self._gitdir, f"adaptbot/{name}")
+
+    def _write_state(self, name: str, data: bytes | None) -> None:
+        files.write(self._gitdir, f"adaptbot/{name}", data)
+
+    def cached(self, name: str) -> bytes | None:
+        """Return what was last kept under a name, None if nothing can be had."""
+        with suppress(KnowledgeError):
+            return self._read_state(f"cache-{name}")
+        return None
+
+    def cache(self, name: str, data: bytes) -> None:
+        """Keep what was worked out; a workspace that may not be written goes without."""
+        if self.may_write():
+            with suppress(KnowledgeError), self._shared():
+                self._write_state(f"cache-{name}", data)
+
+    @contextmanager
+    def _shared(self) -> Iterator[None]:
+        """Let others write what is written here, if the repository is shared by a group."""
+        told = self._setting("core.sharedrepository").lower()
+        free = {"group": 0o070, "true": 0o070, "1": 0o070, "all": 0o077, "world": 0o077,
+                "everybody": 0o077, "2": 0o077}.get(told, 0)  # fmt: skip
+        if re.fullmatch(r"0[0-7]{3}", told):
+            free = int(told, 8) & 0o077
+        mask = os.umask(0)
+        os.umask(mask & ~free)
+        try:
+            yield
+        finally:
+            os.umask(mask)
+
+    def _mode(self, path: Path) -> int | None:
+        with suppress(OSError):
+            return stat.S_IMODE(path.stat().st_mode)
+        return None
+
+
+def _commit(commit: "pygit2.Commit", parents: tuple[str, ...]) -> Commit:
+    who = commit.author
+    when = datetime.fromtimestamp(who.time, timezone(timedelta(minutes=who.offset)))
+    message = commit.raw_message.decode("utf-8", "replace")
+    author = f"{who.name} <{who.email}>"
+    return Commit(str(commit.id), author, when, *trailers.parse(message), parents)
+
+
+def _linked(own: Path, lock: Path) -> bool:
+    """Take a lock as a hard link to a file of our own; tell whether it was free."""
+    try:
+        os.link(own, lock)
+    except FileExistsError:
+        return False
+    except OSError:
+        # A disk without hard links: the lock is as good, but after a kill it is nobody's.
+        try:
+            os.close(os.open(lock, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        except FileExistsError:
+            return False
+        own.unlink(missing_ok=True)
+    return True
+
+
+def _place(lock: Path, data: bytes, mode: int | None, times: int | None = None) -> None:
+    """Let what a lock guards have new content, through to the disk; the lock is gone then."""
+    with lock.open("r+b") as file:
+        file.write(data)
+        file.truncate()
+        file.flush()
+        if mode is not None:
+            with suppress(PermissionError):
+                os.fchmod(file.fileno(), mode)
+        os.fsync(file.fileno())
+    if times is not None:
+        os.utime(lock, ns=(times, times))
+    lock.replace(lock.with_name(lock.name.removesuffix(".lock")))
+    handle = os.open(lock.parent, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@cache
+def _pygit2() -> Any:
+    """pygit2, imported when it is first used, and set up as this tool wants it."""
+    import pygit2
+
+    pygit2.settings.enable_fsync_gitdir(True)
+    # Who may be trusted is looked at once, when the workspace is found.
+    pygit2.settings.owner_validation = False
+    if os.environ.get("GIT_CONFIG_NOSYSTEM"):
+        pygit2.settings.search_path[pygit2.enums.ConfigLevel.SYSTEM] = os.devnull
+    return pygit2
+
+
+@contextmanager
+def _telling(place: Path) -> Iterator[None]:
+    """Turn errors of libgit2 into a KnowledgeError that says what to do."""
+    pygit2 = _pygit2()
+    try:
+        yield
+    except pygit2.GitError as error:
+        told = str(error)
+        if "failed to parse config" in told or "config file" in told:
+            raise KnowledgeError(
+                f"git's configuration cannot be read: {told}; correct that file."
+            ) from error
+        if "mandatory extension" in told:
+            raise KnowledgeError(
+                f"{place} has a split or sparse index, which adaptbot cannot write; run `git "
+                "update-index --no-split-index` or `git sparse-checkout reapply "
+                "--no-sparse-index`."
+            ) from error
+        if "unsupported" in told or "unknown object format" in told:
+            raise KnowledgeError(
+                f"The git repository of {place} cannot be written by adaptbot: {told}; choose a "
+                "workspace outside it with --workspace."
+            ) from error
+        if shutil.disk_usage(place if place.is_dir() else place.parent).free < _ROOM:
+            told = "No space left on the disk"  # libgit2 does not always say so
+        raise KnowledgeError(
+            f"The git repository of {place} could not be used: {told}; `git fsck` tells more."
+        ) from error
+    except OSError as error:
+        raise KnowledgeError(
+            f"The git repository of {place} could not be used: {error.strerror or error} "
+            f"({error.filename or place}); correct that and try again."
+        ) from error
+    except (KeyError, ValueError) as error:
+        raise KnowledgeError(
+            f"The git repository of {place} is damaged ({error}); `git fsck` tells where. Restore "
+            "what is missing from a copy or a clone."
+        ) from error

@@ -1,0 +1,123 @@
+"""The words of English that a request is built with: a table, and nothing about any domain.
+
+What is not listed here, in the domain pack, in the home or in the plan library is a word that has
+not been understood. So words that change what is meant ("under", "tomorrow", "if", "until") are
+deliberately absent, and so are adjectives: nothing here could see to it that tea is strong.
+"""
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+DETERMINERS = _words("a an the some any my our your his her their this that these those all both")
+"""Words that may stand inside a name: "clean up all the toys"."""
+
+GRAMMAR = DETERMINERS | _words("""
+    i we you me us he she it they them him myself yourself ourselves i'm i'd i'll i've we'd
+    we'll you'd it's that's let's there there's here is are am be being been was were 's 'd 'm
+    so as well can could would will shall should may might must do does did d ll ve s m re too
+    what who which please pls plz kindly thanks thank cheers hi hello hey dear ok okay sir
+    madam robot adaptbot just only now right away today tonight quickly quick soon asap fast
+    ready done simply really very much maybe perhaps also first finally afterwards next again
+    each every whole bit little lot lots plenty more enough extra such kind sort type everyone
+    everybody anything something nice good great tasty delicious fine lovely favourite
+    favorite own one's how about mind possible lets go ahead wonder wondering hungry thirsty
+""")
+"""Words that carry no condition of their own: pronouns, auxiliaries, courtesy, vague quantities."""
+
+VERBS = _words("""
+    make making made get getting give giving bring fetch have has having got need want wants
+    like likes love loves eat eats eating drinks tolerate stand fancy fix prepare preparing do
+    doing help let try create produce whip rustle
+""")
+"""Verbs that ask for a thing to be had, whatever the thing is."""
+
+USES = _words(
+    """
+    use using add adding put putting include including eat eats have want like likes need give
+    drink tolerate stand eating
+"""
+)
+"""Verbs after which a negation rules out a thing, not the task: "don't use milk"."""
+
+WITH = (
+    *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
+    *(("plus",), ("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
+    *(("filled", "with"), ("out", "of"), ("along", "with"), ("together", "with")),
+)
+"""What leads to something that goes in."""
+
+WITHOUT = (
+    *(("without",), ("w/o",), ("no",), ("not",), ("minus",), ("except",), ("excluding",)),
+    *(("never",), ("none",), ("nothing",), ("neither",), ("nor",), ("omit",), ("omitting",)),
+    *(("don't",), ("dont",), ("do", "not"), ("doesn't",), ("does", "not"), ("didn't",)),
+    *(("can't",), ("cannot",), ("cant",), ("can", "not"), ("won't",), ("shouldn't",)),
+    *(("mustn't",), ("must", "not"), ("should", "not"), ("isn't",), ("avoid",), ("avoiding",)),
+    *(("skip",), ("hold", "the"), ("leave", "out"), ("leave", "off"), ("leaving", "out")),
+    *(("instead", "of"), ("rather", "than"), ("in", "place", "of"), ("free", "of")),
+    *(("free", "from"), ("hate",), ("hates",), ("dislike",), ("dislikes",), ("replace",)),
+    *(("anything", "but"), ("everything", "but"), ("all", "but")),
+    *(("replacing",), ("swap",), ("substitute",), ("ban",), ("lacking",), ("sans",)),
+)
+"""What leads to something that must not go in."""
+
+VERBAL = _words("don't dont not never doesn't can't cannot cant won't shouldn't mustn't stop")
+"""Negations that, before the verb of a task, rule the task itself out; "do not" is one as well."""
+
+ALLERGY = (
+    *(("allergic", "to"), ("intolerant", "to"), ("allergy", "to"), ("sensitive", "to")),
+    *(("free", "of"), ("free", "from"), ("intolerance", "to"), ("intolerant", "of")),
+)
+"""What leads to something that may do harm, and before which no guess is safe."""
+
+AFTER_ALLERGEN = _words("free allergy allergies allergic intolerance intolerant allergen")
+"""Words behind what must not go in: "dairy-free", "a nut allergy"."""
+
+AND = (("and", "then"), ("and", "also"), ("and",), ("then",), ("after", "that"), ("&",), ("+",))
+OR = (("or",), ("either",))
+BUT = (("but",), ("though",), ("however",))
+TO = (("to",), ("into",), ("onto",), ("in",), ("on",), ("at",), ("inside",), ("over", "to"))
+FROM = (("from",), ("off",))
+OF, FOR = (("of",),), (("for",),)
+
+PEOPLE = _words("""
+    person people guest guests friend friends family kid kids child children son daughter wife
+    husband partner mum mom mother dad father grandma grandpa grandmother grandfather brother
+    sister neighbour neighbours neighbor neighbors visitor visitors colleague colleagues
+    everyone everybody someone somebody girlfriend boyfriend
+""")
+OCCASIONS = _words("""
+    breakfast lunch dinner supper brunch tea-time teatime snack meal dessert starter picnic
+    party morning afternoon evening weekend
+""")
+"""Whom or what something may be for, without that changing it."""
+
+NUMBERS = {
+    word: number
+    for number, word in enumerate(
+        [
+            "one",
+            "two",
+            "three",
+            "four",
+            "five",
+            "six",
+            "seven",
+            "eight",
+            "nine",
+            "ten",
+            "eleven",
+            "twelve",
+        ],
+        start=1,
+    )
+} | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2}
+
+MEASURES = _words("""
+    cup cups mug mugs glass glasses bowl bowls plate plates pot pots slice slices piece pieces
+    pinch spoon spoonful spoons teaspoon teaspoons tablespoon tablespoons tsp tbsp gram grams
+    g kg kilo kilos litre litres liter liters l ml cl handful bunch portion portions serving
+    servings helping helpings batch round rounds dash drop drops bottle bottles jug set
+""")
+"""Words for how much: things only where the home has such a thing and something is in it."""

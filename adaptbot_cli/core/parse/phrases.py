@@ -1,0 +1,581 @@
+"""Steps in words: "Pick up the knife, then slice the apple on the cutting board".
+
+Verbs, particles and prepositions come from the domain; the few words of English grammar that hold
+them together stand in the tables here. An argument is placed by its preposition, by name; what has
+none keeps its place, and what a noun is, is for the checks to find out.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from adaptbot_cli.core.domain import Action
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal, parted
+from adaptbot_cli.core.plan import Call, keyworded
+
+_ENGLISH = """
+determiner: the a an some your my our his her its their this that these those any of
+pronoun: it them this that these those one
+person: me us you him her them user human person robot yourself itself
+joining: , ; & and then next finally first firstly second secondly third now also lastly afterwards
+  afterward again subsequently please
+adverb: now again there here back away together well once more please too also up down over directly
+  twice then just first aside off
+tail: until till while so because as since when once before after which who where without except
+  ensuring making
+if: if unless whenever whether
+preposition: on onto in into inside to at from off under with using by for beside near over above
+  below behind upon atop through along against via toward towards between within out around
+number: one=1 two=2 three=3 four=4 five=5 six=6 seven=7 eight=8 nine=9 ten=10
+phrase: on_top_of=on out_of=from next_to=beside off_of=off inside_of=inside in_front_of=before
+  with_the_help_of=with by_using=with back_to=to back_in=in back_on=on back_into=into over_to=to
+  up_to=to down_on=on away_in=in using=with via=with
+"""
+_TABLE = {
+    name: words.split()
+    for name, words in re.findall(r"^(\w+):((?:.|\n )*)", _ENGLISH, re.MULTILINE)
+}
+_DETERMINERS, _PRONOUNS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
+    frozenset(_TABLE[name]) for name in list(_TABLE)[:8]
+)
+_NUMBERS = dict(word.split("=") for word in _TABLE["number"])
+_PHRASAL = {
+    tuple(words.split("_")): word
+    for words, word in (entry.split("=") for entry in _TABLE["phrase"])
+}
+_PARTICLES = _ADVERBS | _PREPOSITIONS
+_TOKEN = re.compile(
+    r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
+    r"|->|=>|>>|→|⇒|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
+)
+_ARROWS = frozenset({"->", "=>", ">>", "→", "⇒"})
+_ASIDE = re.compile(r"\s[–—]\s|[*_]*:[*_]*\s+")
+_INVERTED = (
+    (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
+    (
+        re.compile(
+            r"((?:with|using|on|in|from)\s[^,]{1,60}),\s*((?:(?!\band\b|[,;]).)*)", re.IGNORECASE
+        ),
+        r"\2 \1",
+    ),
+)
+"""Orders whose object or tool comes first, and how they read otherwise."""
+_LABEL = re.compile(
+    r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
+    r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
+    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
+    re.IGNORECASE,
+)
+_SUBJECT = re.compile(
+    r"(?:(?:i|you|we|the\s+robot|robot|it|he|she|they|the\s+agent|let's|let\s+us)"
+    r"(?:['’](?:ll|m|d))?\s+(?:(?:will|would|should|must|can|shall|need\s+to|have\s+to|has\s+to"
+    r"|needs\s+to|am\s+going\s+to|is\s+going\s+to|are\s+going\s+to|now|then|first|next|finally)\s+)*"
+    r"|let's\s+|let\s+us\s+|please\s+|(?:make\s+sure|remember|be\s+sure|try)\s+to\s+)",
+    re.IGNORECASE,
+)
+_NEGATED = re.compile(r"(?:please\s+)?(?:do\s+not|don['’]t|never|avoid|without)\b", re.IGNORECASE)
+OPEN = re.compile(
+    r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*"
+    r"|(?:then\s+|and\s+)?(?:(?:do|repeat|perform)\s+)?(?:(?:the\s+)?same\b(?!\s+time)|repeat\b|continue\b|likewise\b|similarly\b|ditto\b).*)",
+    re.IGNORECASE | re.DOTALL,
+)
+"""What stands for steps that are not written out."""
+CLOSED = re.compile(
+    r"\W*(?:(?:serve\s+and\s+)?enjoy\b.*|done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)"
+    r"|(?:the\s+)?task\s+(?:is\s+)?(?:done|complete[d]?|finished))\W*",
+    re.IGNORECASE,
+)
+"""What ends a plan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """A name of an action as words: the verb's further words, and the actions that it may mean."""
+
+    name: str
+    rest: tuple[str, ...]
+    action: Action
+
+    def at(self, preposition: str, with_object: bool) -> str:
+        """Name the parameter that a preposition marks, "" if none; an object is the first one."""
+        marked = [p.name for p in self.action.visible if preposition in p.prepositions]
+        first = self.action.visible[0].name if self.action.visible and with_object else ""
+        return next((name for name in marked if name != first), next(iter(marked), ""))
+
+
+@dataclass(frozen=True, slots=True)
+class Clause:
+    """A verb with its arguments: one step, or one for each of several objects."""
+
+    calls: tuple[Call, ...]
+    known: bool
+    left_out: str = ""
+    condition: str = ""
+    objects: Sequence[str] = ()
+
+
+def _nothing(name: str) -> bool:
+    return False
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """The words of a domain that phrases are read with; by default there are none."""
+
+    verbs: Mapping[str, Sequence[Verb]] = field(default_factory=dict)
+    names: frozenset[str] = frozenset()
+    is_thing: Callable[[str], object] = _nothing
+
+    @classmethod
+    def of(cls, kg: Kg) -> "Vocabulary":
+        """Return the words of a home: names of its actions, taught ones too, and of its things."""
+        verbs: dict[str, list[Verb]] = {}
+        names: set[str] = set()
+        for action in kg.domain.actions.values():
+            called = (name for part in action.called_as for name in part.names)
+            own = (
+                action.name,
+                action.verb,
+                action.family,
+                *action.aliases,
+                *called,
+                *kg.aliases(action.iri),
+            )
+            for name in dict.fromkeys(normal(name) for name in own if name):
+                first, *rest = name.split("_")
+                names.add(name)
+                verbs.setdefault(first, []).append(Verb(name, tuple(rest), action))
+        longest = {
+            first: sorted(found, key=lambda v: -len(v.rest)) for first, found in verbs.items()
+        }
+        return cls(longest, frozenset(names), kg.find)
+
+    def knows(self, name: str) -> bool:
+        """Tell whether a name is an action's."""
+        return normal(name) in self.names or normal(parted(name)) in self.names
+
+    def proper(self, name: str) -> str:
+        """Return the action's name that is spelt without its separators, such as switchon."""
+        joined = (known for known in sorted(self.names) if known.replace("_", "") == name)
+        return next(joined, name)
+
+    def begins(self, phrase: str) -> bool:
+        """Tell whether a phrase begins with a verb of the domain."""
+        return any(self._begins(part) for part in _parts(phrase))
+
+    def _begins(self, phrase: str) -> bool:
+        tokens = _tokens(_stripped(phrase))
+        at = _skip(tokens, 0)
+        if at >= len(tokens) or CLOSED.fullmatch(phrase):
+            return False
+        verbs, behind = self._verbs(tokens[at]), tuple(token.word for token in tokens[at + 1 :])
+        fits = any(v.rest == behind[: len(v.rest)] or set(v.rest) & _PARTICLES for v in verbs)
+        return fits and bool(behind or not self.is_thing(tokens[at].word))
+
+    def shaped(self, phrase: str) -> bool:
+        """Tell whether a phrase looks like an order with a verb that the domain does not know."""
+        for part in _parts(phrase):
+            tokens = _tokens(_stripped(part))
+            at = _skip(tokens, 0)
+            after = tokens[at + 1].word if at + 1 < len(tokens) else ""
+            if after in ("it", "them") or self.starts_clause(tokens, at):
+                return True
+        return False
+
+    def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
+        """Read a phrase as steps; [] if it cannot be read as such.
+
+        With `unknown`, it may begin with a verb that is none of the domain's. `objects` are those
+        of the step before, which a pronoun stands for.
+        """
+        parts = _parts(phrase)
+        phrase = next((part for part in parts if self._begins(part)), parts[0])
+        tokens = _tokens(_stripped(phrase))
+        found: list[Clause] = []
+        at = _skip(tokens, 0)
+        while at < len(tokens):
+            reader = _ClauseReader(self, tokens, at, objects)
+            try:
+                clause = reader.read(bool(self.names) and (unknown or bool(found)))
+            except _UnreadError:
+                return []
+            if clause is None:
+                return []
+            found.append(clause)
+            objects = reader.objects or objects
+            at = _skip(tokens, reader.at)
+        return found
+
+    def _verbs(self, token: "_Token") -> Sequence[Verb]:
+        """Return the verbs that a word is a form of."""
+        if token.quoted:
+            return ()
+        word = normal(parted(token.written))
+        whole = [Verb(word, (), v.action) for first in (word.partition("_")[0],)
+                 for v in self.verbs.get(first, ()) if "_" in word and v.name == word]  # fmt: skip
+        return whole or next((self.verbs[form] for form in _forms(word) if form in self.verbs), ())
+
+    def has_object(self, tokens: Sequence["_Token"], at: int) -> bool:
+        """Tell whether a verb of the domain stands at a token, with something behind it."""
+        behind = tokens[at + 1].word if at + 1 < len(tokens) else ","
+        if behind in _JOINING | _TAIL or not self._verbs(tokens[at]):
+            return False
+        return not self.is_thing(tokens[at].word)
+
+    def starts_clause(self, tokens: Sequence["_Token"], at: int) -> bool:
+        """Tell whether a clause begins at a token that follows a comma or "and"."""
+        if at >= len(tokens) or tokens[at].quoted:
+            return False
+        after = tokens[at + 1] if at + 1 < len(tokens) else None
+        if self._verbs(tokens[at]):
+            ends = after is None or after.word in (",", ";", "and", "then")
+            return not (ends and self.is_thing(tokens[at].word))
+        word = tokens[at].word
+        plain = word not in _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL and word.isalpha()
+        return bool(
+            plain and after and after.word in _DETERMINERS - {"of"} and not self.is_thing(word)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    word: str
+    written: str
+    quoted: bool = False
+
+
+def _tokens(phrase: str) -> list[_Token]:
+    found = []
+    for match in _TOKEN.finditer(phrase):
+        if match[0] in _ARROWS:
+            found.append(_Token(";", ";"))
+            continue
+        quoted = (match[1] or match[2] or "").strip()
+        if quoted and re.fullmatch(r"[\w\s'’-]+", quoted):
+            found.append(_Token(quoted.lower(), quoted, True))
+        elif quoted:
+            found += _tokens(quoted)
+        elif match[3]:  # a quotation of nothing but white space is no word
+            found.append(_Token(match[3].lower().replace("’", "'"), match[3]))
+    return found
+
+
+def label_end(phrase: str) -> int:
+    """Return where the marks end that lead an item: "Step 3:", "- [ ]"."""
+    label = _LABEL.match(phrase)
+    return label.end() if label else 0
+
+
+def _stripped(phrase: str) -> str:
+    """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
+    phrase = phrase[label_end(phrase) :]
+    phrase = re.sub(r"\*\*|__|</\w+>|\s\([^()]*\)", "", phrase).rstrip(" .!*_`|")
+    while True:
+        lead = re.match(
+            r"(?:(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+)",
+            phrase,
+            re.IGNORECASE,
+        )
+        subject = _SUBJECT.match(phrase)
+        end = max(m.end() if m else 0 for m in (lead, subject))
+        if not end:
+            break
+        phrase = phrase[end:]
+    for inverted, plain in _INVERTED:
+        phrase = inverted.sub(plain, phrase) if inverted.fullmatch(phrase) else phrase
+    return phrase
+
+
+def _parts(phrase: str) -> list[str]:
+    """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
+    phrase = phrase[label_end(phrase) :]
+    aside = _ASIDE.search(phrase)
+    return [phrase[aside.end() :], phrase[: aside.start()]] if aside else [phrase]
+
+
+def _skip(tokens: Sequence[_Token], at: int) -> int:
+    """Skip what joins clauses, and adverbs before a verb: "carefully"."""
+    while at < len(tokens) and not tokens[at].quoted:
+        word = tokens[at].word
+        if word not in _JOINING and not (word.endswith("ly") and at + 1 < len(tokens)):
+            break
+        at += 1
+    return at
+
+
+def _forms(word: str) -> Iterator[str]:
+    """Yield what a word may be a form of: "slicing" and "slices" are slice."""
+    yield word
+    for ending in ("ing", "es", "s", "ed"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            stem = word[: -len(ending)]
+            yield from (stem, f"{stem}e", stem[:-1]) if ending in ("ing", "ed") else (stem,)
+
+
+class _UnreadError(Exception):
+    """A clause cannot be read; never leaves this module."""
+
+
+class _ClauseReader:
+    """Reads one clause from `at`; leaves `at` behind it and what its pronouns may mean."""
+
+    def __init__(
+        self, words: Vocabulary, tokens: Sequence[_Token], at: int, before: Sequence[str]
+    ) -> None:
+        self.at = at
+        self.objects: list[str] = []
+        self._words = words
+        self._tokens = tokens
+        self._before = before
+        self._left_out: list[str] = []
+        self._condition = ""
+
+    def read(self, unknown: bool) -> Clause | None:
+        first = self._tokens[self.at]
+        verbs = self._words._verbs(first)
+        if not verbs and not (unknown and first.word.isalpha() and not first.quoted):
+            return None
+        if not verbs and first.word in _DETERMINERS | _PREPOSITIONS | _PERSONS | _IF | _TAIL:
+            return None
+        self.at += 1
+        verb = self._particles(verbs) if verbs else None
+        command = re.search(r"\w[_-]\w", first.word) is not None
+        phrases = self._commanded() if command else self._phrases()
+        if verbs and verb is None:
+            verb = self._separated(verbs, phrases)
+            if verb is None:
+                return None
+        name = verb.name if verb else first.word
+        objects = [np for mark, nps in phrases if not mark for np in nps]
+        if not (verb and any(p.datatype for p in verb.action.visible[:1])):
+            self.objects = objects or [np for _, nps in phrases for np in nps][:1]
+        return Clause(
+            tuple(self._calls(name, verb, objects, phrases)),
+            verb is not None,
+            ", ".join(self._left_out),
+            self._condition,
+            self.objects,
+        )
+
+    def _particles(self, verbs: Sequence[Verb]) -> Verb | None:
+        """Return the verb whose further words follow right here, if not that one alone."""
+        for verb in verbs:
+            here = tuple(token.word for token in self._tokens[self.at : self.at + len(verb.rest)])
+            if here == verb.rest:
+                if not verb.rest and any(v.rest for v in verbs) and self._has_apart(verbs):
+                    return None
+                self.at += len(verb.rest)
+                return verb
+        return None
+
+    def _has_apart(self, verbs: Sequence[Verb]) -> bool:
+        """Tell whether the particle of some verb stands behind its object: "turn the stove on"."""
+        particles = {v.rest[0] for v in verbs if len(v.rest) == 1}
+        for n in range(self.at + 1, min(len(self._tokens), self.at + 8)):
+            word = self._tokens[n].word
+            if word in particles:
+                after = self._tokens[n + 1].word if n + 1 < len(self._tokens) else ","
+                return after in _JOINING | _PREPOSITIONS | _TAIL
+            if word in _JOINING:
+                return False
+        return False
+
+    def _separated(
+        self, verbs: Sequence[Verb], phrases: list[tuple[str, list[str]]]
+    ) -> Verb | None:
+        """Return the verb whose particle stands behind the object, and take it from the phrases."""
+        for verb in verbs:
+            for n, (mark, nps) in enumerate(phrases):
+                if verb.rest == (mark,) and not nps:
+                    del phrases[n]
+                    return verb
+                if (
+                    verb.rest == (mark,)
+                    and n + 1 == len(phrases)
+                    and len(phrases) > 1
+                    and len(verb.rest) == 1
+                ):
+                    phrases[n] = (mark if verb.at(mark, True) else "", nps)
+                    return verb
+        return next(
+            (
+                verb
+                for verb in verbs
+                if not verb.rest or (len(verb.rest) == 1 and verb.rest[0] not in _PARTICLES)
+            ),
+            None,
+        )
+
+    def _commanded(self) -> list[tuple[str, list[str]]]:
+        """Read the arguments behind a name such as pick_up: single words, or phrases."""
+        words = [token.word for token in self._tokens[self.at :]]
+        if any(w in _DETERMINERS | _PREPOSITIONS | _JOINING for w in words) or len(words) > 4:
+            return self._phrases()
+        nps = [token.written for token in self._tokens[self.at :]]
+        self.at = len(self._tokens)
+        return [("", [np]) for np in nps]
+
+    def _phrases(self) -> list[tuple[str, list[str]]]:
+        """Read noun phrases up to the end of the clause, each list behind its preposition."""
+        found: list[tuple[str, list[str]]] = []
+        mark, nps = "", list[str]()
+        while self.at < len(self._tokens):
+            token = self._tokens[self.at]
+            word = token.word if not token.quoted else ""
+            if (
+                word in _IF
+                or (word in _TAIL and nps + [n for _, ns in found for n in ns])
+                or word in _TAIL
+            ):
+                self._tail(word)
+                break
+            if word in (",", ";", "&", "and", "then"):
+                after = _skip(self._tokens, self.at)
+                joined = {t.word for t in self._tokens[self.at : after]}
+                if {
+                    ";",
+                    "then",
+                    "finally",
+                    "next",
+                    "afterwards",
+                    "lastly",
+                } & joined or self._words.starts_clause(self._tokens, after):
+                    break
+                if not nps and not found:
+                    break
+                self.at = after
+                nps += self._noun_phrase()
+                continue
+            preposition, length = self._preposition()
+            if preposition:
+                if word == "to" and self._words.has_object(self._tokens, self.at + 1):
+                    self.at += 1
+                    break
+                if nps or mark:
+                    found.append((mark, nps))
+                mark, nps = preposition, []
+                self.at += length
+                nps += self._noun_phrase()
+                continue
+            before = self.at
+            more = self._noun_phrase()
+            if more and nps:
+                found.append((mark, nps))
+                mark, nps = "", []
+            nps += more
+            if self.at == before:
+                self.at += 1
+        return [*found, (mark, nps)] if nps or mark else found
+
+    def _preposition(self) -> tuple[str, int]:
+        words = tuple(token.word for token in self._tokens[self.at : self.at + 4])
+        if self._tokens[self.at].quoted:
+            return "", 0
+        for length in (4, 3, 2, 1):
+            if words[:length] in _PHRASAL:
+                return _PHRASAL[words[:length]], length
+        if words[0] in _PREPOSITIONS or (
+            words[0] in ("up", "down", "off", "away") and len(words) == 1
+        ):
+            return words[0], 1
+        return "", 0
+
+    def _tail(self, word: str) -> None:
+        """Note what the clause ends with, up to the next clause: "until it is brown"."""
+        start = self.at
+        while self.at < len(self._tokens):
+            self.at += 1
+            after = _skip(self._tokens, self.at)
+            if (
+                after > self.at
+                and after < len(self._tokens)
+                and self._words._verbs(self._tokens[after])
+            ):
+                break
+        told = " ".join(token.written for token in self._tokens[start : self.at])
+        if word in _IF:
+            self._condition = told
+        else:
+            self._left_out.append(told)
+
+    def _noun_phrase(self) -> list[str]:
+        """Read a noun phrase; a pronoun is what the steps before were about, a person nothing."""
+        parts: list[_Token] = []
+        while self.at < len(self._tokens):
+            token = self._tokens[self.at]
+            word = token.word
+            if token.quoted:
+                parts.append(token)
+                self.at += 1
+                break
+            if word == "of" and parts:
+                parts.append(token)
+            elif word in _IF | _TAIL | {",", ";", "&", "and", "then"} or (
+                self._preposition()[0] and word != "of"
+            ):
+                break
+            elif word in _DETERMINERS and parts and parts[-1].word != "of":
+                if all(p.word in _PERSONS for p in parts):
+                    parts = []  # "bring me the apple"
+                elif parts[-1].word not in ("all", "both"):
+                    break
+            elif word not in _DETERMINERS or self._ends(self.at + 1):
+                parts.append(token)
+            self.at += 1
+        kept = [p for p in parts if p.quoted or not (p.word in _ADVERBS or _is_manner(p.word))]
+        if not kept:
+            return []
+        if len(kept) == 1 and not kept[0].quoted and kept[0].word in _PRONOUNS:
+            return list(self.objects or self._before or [kept[0].word])
+        kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
+        return [" ".join(p.written for p in kept)]
+
+    def _ends(self, at: int) -> bool:
+        if at >= len(self._tokens):
+            return True
+        word = self._tokens[at].word
+        return word in _JOINING | _PREPOSITIONS | _TAIL | _IF | _ADVERBS
+
+    def _calls(
+        self, name: str, verb: Verb | None, objects: list[str], phrases: list[tuple[str, list[str]]]
+    ) -> Iterator[Call]:
+        """Yield the step, or one for each of several objects."""
+        placed: dict[str, str] = {}
+        others: list[str] = []
+        for mark, nps in phrases:
+            if not mark or not nps:
+                continue
+            said = f"{mark} {' and '.join(nps)}"
+            at = verb.at(mark, bool(objects)) if verb else ""
+            hidden = verb and any(mark in p.prepositions for p in verb.action.parameters)
+            if all(np.lower() in _PERSONS for np in nps) or at in placed or (hidden and not at):
+                self._left_out.append(said)  # the action finds its own
+            elif at and len(nps) > 1:
+                raise _UnreadError  # which of them is meant, or what else is to be done?
+            elif at:
+                placed[at] = nps[0]
+            elif not verb or not (objects or placed) or nps[0][:1].isdigit():
+                others += nps
+            elif objects:
+                objects[-1] += f" {said}"  # "the pan on the stove" is one thing
+            else:
+                placed[list(placed)[-1]] += f" {said}"
+        behind = [*placed.items(), *(("", np) for np in others)]
+        if verb and placed and objects and verb.action.visible[0].name in placed:
+            self._left_out += objects  # what is mixed in the bowl is what the bowl holds
+            objects = []
+        if sum(not mark for mark, _ in phrases) > 1:
+            yield keyworded(name, [*(("", np) for np in objects), *behind])
+            return
+        for first in [[("", np)] for np in objects] or [list[tuple[str, str]]()]:
+            yield keyworded(name, [*first, *behind])
+
+
+def _is_manner(word: str) -> bool:
+    return word.endswith("ly") and len(word) > 4
+
+
+def is_negated(phrase: str) -> bool:
+    """Tell whether a phrase says what is not to be done."""
+    return bool(_NEGATED.match(_stripped(phrase)))

@@ -1,0 +1,179 @@
+"""Plans that are told twice: keeping one telling of a plan that the text repeats as a recap."""
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from adaptbot_cli.core.parse.calls import shown
+from adaptbot_cli.core.plan import Call, Finding, Written
+
+SEPARATED, LABELLED, WHOLE, RECAP = 1, 2, 3, 4
+"""What stands before a call: any other text, or a heading that hints at a repetition."""
+
+# How much of the first telling a repetition under such a heading must cover to be one.
+_COVERS = {LABELLED: 0.8, WHOLE: 0.5, RECAP: 0.0}
+_SIMILAR = 0.8
+_FEWEST = 5
+_FEWEST_UNDER_RECAP = 3
+
+# Comparing every pair of tellings is quadratic: texts beyond these sizes are no recaps.
+_MOST_LABELS = 12
+_MOST_CALLS = 3000
+
+_RECAP = re.compile(r"\b(?:recap\w*|summary|summari[sz]\w+|all together)\b", re.IGNORECASE)
+_WHOLE = re.compile(
+    r"\b(?:full|complete|whole|entire|overall|final|combined|consolidated)\s+(?:\w+\s+){0,2}"
+    r"(?:sequence|plan|list|steps|actions|calls|code)\b",
+    re.IGNORECASE,
+)
+_LABEL = re.compile(r"\b(?:full|complete|final|overall|action sequence)\b", re.IGNORECASE)
+_HEADING_WORDS = 8
+
+_Key = tuple[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Telling:
+    calls: tuple[Written, ...]
+    keys: tuple[_Key, ...]
+
+    def lines(self) -> str:
+        first, last = self.calls[0].line, self.calls[-1].line
+        return f"line {first}" if first == last else f"lines {first} to {last}"
+
+
+def heading_strength(line: str) -> int:
+    """Tell what a line that holds no call says about the calls below it, see `SEPARATED` ff."""
+    line = line.strip()[:200]
+    plain = line.strip("*_ ")
+    if not (line.startswith(("#", "**")) or plain.endswith(":") or _is_short(plain)):
+        return SEPARATED
+    if _RECAP.search(line):
+        return RECAP
+    if _WHOLE.search(line):
+        return WHOLE
+    return LABELLED if _LABEL.search(line) else SEPARATED
+
+
+def without_repeats(
+    calls: Sequence[Written], gaps: Mapping[int, int]
+) -> tuple[tuple[Written, ...], tuple[Finding, ...]]:
+    """Keep one telling of a plan that is told several times, with a finding for every other.
+
+    `gaps` says for the index of a call what stands between it and the call before. Calls that
+    follow each other without anything between are never taken for a repetition.
+    """
+    if len(calls) > _MOST_CALLS:
+        return tuple(calls), ()
+    telling, findings = _without_labelled(_telling(calls), gaps)
+    if findings:
+        return telling.calls, findings
+    return _without_copies(telling, gaps)
+
+
+def _without_labelled(
+    whole: _Telling, gaps: Mapping[int, int]
+) -> tuple[_Telling, tuple[Finding, ...]]:
+    total = len(whole.calls)
+    labels = sorted(i for i, gap in gaps.items() if gap >= LABELLED and 0 < i < total)
+    bounds = [*labels[:_MOST_LABELS], total]
+    kept = _part(whole, 0, bounds[0])
+    findings: list[Finding] = []
+    at = 0
+    while at < len(bounds) - 1:
+        start = bounds[at]
+        # The longest repetition wins: a recap may have headings of its own.
+        for upto in range(len(bounds) - 1, at, -1):
+            again = _part(whole, start, bounds[upto])
+            if _repeats(kept, again, gaps[start]):
+                kept, finding = _choose(kept, again)
+                findings.append(finding)
+                at = upto
+                break
+        else:
+            at += 1
+            kept = _join(kept, _part(whole, start, bounds[at]))
+    return kept, tuple(findings)
+
+
+def _without_copies(
+    whole: _Telling, gaps: Mapping[int, int]
+) -> tuple[tuple[Written, ...], tuple[Finding, ...]]:
+    """Drop exact copies of the whole plan, announced or not, that other text keeps apart."""
+    total = len(whole.keys)
+    for size in range(_FEWEST, total // 2 + 1):
+        apart = total % size == 0 and all(i in gaps for i in range(size, total, size))
+        if apart and whole.keys[size:] == whole.keys[:-size]:
+            first = _part(whole, 0, size)
+            copies = (_part(whole, i, i + size) for i in range(size, total, size))
+            return first.calls, tuple(_choose(first, copy)[1] for copy in copies)
+    return whole.calls, ()
+
+
+def _repeats(first: _Telling, again: _Telling, gap: int) -> bool:
+    if len(again.keys) < _FEWEST:
+        return gap == RECAP and len(again.keys) >= _FEWEST_UNDER_RECAP and first.keys == again.keys
+    common = common_in_order(first.keys, again.keys)
+    return common >= _SIMILAR * len(again.keys) and common >= _COVERS[gap] * len(first.keys)
+
+
+def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
+    """Keep the fuller of two tellings, the first unless the other says all of it and more."""
+    lacks = list((Counter(first.keys) - Counter(again.keys)).elements())
+    extra = Counter(again.keys) - Counter(first.keys)
+    fuller = bool(extra) and common_in_order(first.keys, again.keys) == len(first.keys)
+    kept, dropped = (again, first) if fuller else (first, again)
+    place = again.calls[0]
+    message = f"The plan is repeated from line {place.line}: run once"
+    message += f", leaving out {dropped.lines()}"
+    if extra:
+        pairs = zip(again.calls, again.keys, strict=True)
+        added = [written.source for written, key in pairs if key in extra]
+        message += f"; the repetition adds {', '.join(map(shown, added[:3]))}"
+    if lacks:
+        message += f"; the repetition lacks {len(lacks)} of the calls told first"
+    finding = Finding("P104", message + ".", line=place.line, column=place.column)
+    return kept, finding
+
+
+def common_in_order(first: Sequence[_Key], again: Sequence[_Key]) -> int:
+    """Count the calls that two tellings have in common in the same order.
+
+    The longest common subsequence, a row of the table being the bits of one number (Hyyrö 2004).
+    """
+    places: dict[_Key, int] = {}
+    for i, key in enumerate(first):
+        places[key] = places.get(key, 0) | 1 << i
+    every = (1 << len(first)) - 1
+    row = every
+    for key in again:
+        met = row & places.get(key, 0)
+        row = ((row + met) | (row - met)) & every
+    return len(first) - row.bit_count()
+
+
+def _telling(calls: Sequence[Written]) -> _Telling:
+    orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
+    return _Telling(tuple(calls), tuple(_key(written.call, orders) for written in calls))
+
+
+def _part(telling: _Telling, start: int, end: int) -> _Telling:
+    return _Telling(telling.calls[start:end], telling.keys[start:end])
+
+
+def _join(one: _Telling, other: _Telling) -> _Telling:
+    return _Telling(one.calls + other.calls, one.keys + other.keys)
+
+
+def _key(call: Call, orders: dict[tuple[str, frozenset[str]], tuple[str, ...]]) -> _Key:
+    """Tell calls apart by action and arguments, those with keywords in the order first written."""
+    action = call.action.lower()
+    args = {name: arg for name, arg in call.named() if name}
+    order = orders.setdefault((action, frozenset(args)), tuple(args))
+    said = [args[name] for name in order] if len(args) == len(call.args) else call.args
+    return action, tuple(arg.lower().replace("_", " ") for arg in said)
+
+
+def _is_short(line: str) -> bool:
+    return len(line.split()) <= _HEADING_WORDS and not line.endswith(".")

@@ -1,0 +1,603 @@
+"""Plans in structures: JSON, tuples, tags, fields such as YAML's, tables, scripts and PDDL plans.
+
+Each is read into the same values (`Node`), and what a value says as a step is decided in one place.
+"""
+
+import html
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal, Protocol
+
+from adaptbot_cli.core.parse.calls import (
+    LEFT_OUT,
+    Item,
+    conditional,
+    fault,
+    kept,
+    read_args,
+    shown,
+    unescape,
+)
+from adaptbot_cli.core.parse.code import PROSE
+from adaptbot_cli.core.plan import keyworded
+
+Kind = Literal["string", "word", "list", "map"]
+Args = list[tuple[str, str]]
+
+_DEPTH = 40
+_TOKENS = 50_000
+_LONGEST = 4_000
+_LOOKED_AT = 50
+
+_TOKEN = re.compile(
+    r"(?:\s++|//[^\n]*+|\#[^\n]*+)*(?:"
+    r"([\[{(])|([\]})])|([,:])"
+    r"|\"([^\"\\\n]*+(?:\\.[^\"\\\n]*+)*)\"|'([^'\\\n]*+(?:\\.[^'\\\n]*+)*)'"
+    r"|([-+\w.]++))"
+)
+_PAIRS = {"[": "]", "{": "}", "(": ")"}
+_KEYWORD = re.compile(r"[^\W\d]\w{0,80}")
+_SHAPED = re.compile(r"[^\W\d]\w*(?:[_-]|(?<=[a-z])(?=[A-Z]))\w+|[A-Z]{3,}")
+
+_NAMED = ("action", "function", "action_name", "function_name", "tool_name", "primitive", "skill")
+_NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "step")
+_ARGS = (
+    "args", "arguments", "parameters", "params", "kwargs", "argument", "input", "inputs",
+    "action_input",
+)  # fmt: skip
+_PLANS = {
+    "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
+    "commands", "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
+}  # fmt: skip
+_TEXTS = {"content", "text", "answer", "output", "response", "result"}
+_CONDITIONS = ("if", "condition", "unless", "while")
+_DESCRIBED = ("step", "instruction", "description", "task", "text", "name")
+_REMARKS = {
+    "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment", "#", "no",
+    "comments", "description", "note", "notes", "explanation", "order", "purpose", "status",
+    *_CONDITIONS,
+}  # fmt: skip
+_EMPTY = {"", "null", "none", "false", "true", "-", "–", "—", "n/a"}
+_NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
+
+
+class Words(Protocol):
+    """What the structures need to know of a domain's words."""
+
+    def knows(self, name: str) -> bool:
+        """Tell whether a name is an action's."""
+        ...
+
+    def begins(self, phrase: str) -> bool:
+        """Tell whether a phrase begins with an action's verb."""
+        ...
+
+    def proper(self, name: str) -> str:
+        """Return the action's name that is spelt without its separators, such as switchon."""
+        ...
+
+
+@dataclass(slots=True)
+class Node:
+    """A value at the offsets `start` to `end`: a list's `items`, a map's under their `keys`.
+
+    `end` is -1 while a list or map has not been closed; the items read so far are there.
+    """
+
+    kind: Kind
+    start: int
+    end: int = -1
+    text: str = ""
+    items: list["Node"] = field(default_factory=list)
+    keys: list[str] = field(default_factory=list)
+
+    def entries(self) -> Iterator[tuple[str, "Node"]]:
+        """Yield a map's keys, in lower case, and values in the order written."""
+        return ((key.lower(), item) for key, item in zip(self.keys, self.items, strict=False))
+
+    def get(self, *keys: str) -> "Node | None":
+        """Find the value under the first of some keys that the map has."""
+        found = dict(self.entries())
+        return next((found[key] for key in keys if key in found), None)
+
+
+@dataclass(slots=True)
+class _Frame:
+    node: Node
+    closing: str
+    wants: Literal["item", "colon", "comma"] = "item"
+
+
+def read_literal(text: str, pos: int) -> tuple[Node, int]:
+    """Read the list, tuple or map that opens at `pos`: JSON as models write it, Python's too.
+
+    Returns it and where the reading ended. Where the text is no such value the reading ends there,
+    and the values not yet closed stay open.
+    """
+    root = Node("map" if text[pos] == "{" else "list", pos)
+    stack = [_Frame(root, _PAIRS[text[pos]])]
+    pos += 1
+    for _ in range(_TOKENS):
+        match = _TOKEN.match(text, pos)
+        if match is None or not _take(stack, match):
+            break
+        pos = match.end()
+        if not stack:
+            break
+    return root, pos
+
+
+def _take(stack: list[_Frame], match: re.Match[str]) -> bool:
+    """Add a token to the innermost open value; tells whether it fits there."""
+    frame = stack[-1]
+    node = frame.node
+    kind = match.lastindex or 0
+    written = match[kind]
+    wants_key = node.kind == "map" and len(node.keys) == len(node.items)
+    if kind == 3:
+        fits = frame.wants == ("comma" if written == "," else "colon")
+        frame.wants = "item"
+        return fits
+    if kind == 2:
+        if written != frame.closing or (node.kind == "map" and not wants_key):
+            return False
+        node.end = match.end()
+        stack.pop()
+        return True
+    if frame.wants != "item" or (kind == 1 and (wants_key or len(stack) >= _DEPTH)):
+        return False
+    frame.wants = "comma"
+    if kind == 1:
+        inner = Node("map" if written == "{" else "list", match.start(kind))
+        node.items.append(inner)
+        stack.append(_Frame(inner, _PAIRS[written]))
+        return True
+    plain = written if kind == 6 else unescape(written)
+    if wants_key:
+        node.keys.append(plain)
+        frame.wants = "colon"
+        return True
+    start = match.start(kind) - (kind != 6)
+    node.items.append(Node("word" if kind == 6 else "string", start, match.end(), plain))
+    return True
+
+
+class Structures:
+    """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
+
+    def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Words) -> None:
+        self._text = text
+        self._read = read
+        self._words = words
+        self._no_table_before = 0
+
+    def json(self, pos: int) -> tuple[list[Item], int]:
+        """Read the value at `pos` as a plan; returns its items and where the reading ended.
+
+        No items: it is no plan, however well-formed it may be.
+        """
+        node, end = read_literal(self._text, pos)
+        if self._text[pos] == "(" and (node.end < 0 or not self._is_tuple(node)):
+            return [], pos + 1
+        items = list(self._steps(node, planned=False))
+        if node.end < 0 and items and not items[-1].code:
+            rest = self._text[end : end + 200].strip()
+            told = shown(rest) if rest else "the end of the text"
+            message = f"The JSON breaks off at {told}."
+            items.append(Item(end, "", code="P102", message=message))
+        return items, end
+
+    def _steps(self, node: Node, planned: bool) -> Iterator[Item]:
+        """Yield the steps in a value. In a list of steps, whatever is none is told of."""
+        if self._is_tuple(node):
+            yield from self._called(
+                node.items[0].text, Node("list", node.start, node.end, items=node.items[1:]), node
+            )
+            return
+        if node.kind == "map":
+            yield from self._map_steps(node, planned)
+            return
+        if node.kind != "list":
+            yield from self._string(node) if planned else ()
+            return
+        heads = node.items[:_LOOKED_AT]
+        planned = planned or any(self._is_step(item) or self._is_tuple(item) for item in heads)
+        called = planned or all(self._is_called(item) for item in heads)
+        for item in node.items:
+            if called and not self._is_step(item) and self._is_called(item):
+                yield from self._called(item.keys[0], item.items[0], item)
+                continue
+            found = list(self._steps(item, planned))
+            yield from found
+            if not found and planned and (item.kind != "list" or item.items):
+                yield self._unread(item, "this is not a step")
+
+    def _map_steps(self, node: Node, planned: bool) -> Iterator[Item]:
+        if self._is_step(node):
+            yield from self._step(node)
+            return
+        if self._is_called(node) and self._is_action(node.keys[0]):
+            yield from self._called(node.keys[0], node.items[0], node)
+            return
+        told = [value for key, value in node.entries() if planned and key in _DESCRIBED]
+        said = next((value for value in told if self._words.begins(value.text)), None)
+        if said is not None:
+            yield from self._string(said)
+            return
+        for key, value in node.entries():
+            plan = key in _PLANS or (value.kind == "string" and key in _TEXTS)
+            if plan or value.kind in ("list", "map"):
+                yield from self._steps(value, planned=plan)
+
+    def _string(self, node: Node) -> list[Item]:
+        """Read what a string holds, placed where the string stands."""
+        source, items = self._quoted(node)[1:-1], self._read(node.text)
+        if all(item.code == PROSE for item in items) and not self._words.begins(node.text):
+            return []
+        return [
+            Item(node.start, item.source, code=PROSE)
+            if item.code == PROSE
+            else replace(
+                item, start=node.start, source=item.source if item.code == LEFT_OUT else source
+            )
+            for item in items
+        ]
+
+    def _holds_calls(self, text: str) -> bool:
+        return "(" in text and any(item.code != PROSE for item in self._read(text))
+
+    def _is_action(self, name: str) -> bool:
+        return bool(_SHAPED.fullmatch(name)) or self._words.knows(name)
+
+    def _is_tuple(self, node: Node) -> bool:
+        """Tell whether a list is an action's name with its arguments: `("move", ["fridge"])`."""
+        if node.kind != "list" or node.end < 0 or not node.items:
+            return False
+        if node.items[0].text.isdigit():  # the number of the step
+            del node.items[0]
+        if not node.items or node.items[0].kind != "string":
+            return False
+        name, rest = (
+            node.items[0].text,
+            [i for item in node.items[1:] for i in item.items or [item]],
+        )
+        plain = (rest or self._words.knows(name)) and all(
+            item.kind != "map" and "(" not in item.text for item in rest
+        )
+        named = self._words.knows(name) or self._is_action(name)
+        return bool(plain and named) and not any(self._words.knows(item.text) for item in rest)
+
+    def _is_step(self, node: Node) -> bool:
+        if node.kind == "string":
+            return self._words.begins(node.text) or self._holds_calls(node.text)
+        if node.kind != "map" or any(key in _PLANS for key, _ in node.entries()):
+            return False
+        name = node.get(*_NAMED, *_NAMED_WITH_ARGS)
+        if name is None:
+            return False
+        if name.kind == "map":
+            return self._is_step(name) or name.get(*_NAMED, *_NAMED_WITH_ARGS) is not None
+        named = node.get(*_NAMED) is not None or node.get(*_ARGS) is not None
+        return name.kind in ("string", "word") and (named or "(" in name.text)
+
+    def _is_called(self, node: Node) -> bool:
+        """Tell whether a map is an action's name with its arguments: `{"wait": {"t": 5}}`."""
+        if node.kind != "map" or node.end < 0 or len(node.keys) != 1 or not node.items:
+            return False
+        key, value = node.keys[0], node.items[0]
+        plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
+        if key.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(key) or not plain:
+            return False
+        return value.kind in ("list", "map") or (value.kind == "string" and self._is_action(key))
+
+    def _called(self, action: str, value: Node, node: Node) -> Iterator[Item]:
+        args = flattened(value)
+        if args is None:
+            yield self._unread(node, "an argument is an object")
+        else:
+            yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, kept(args)))
+
+    def _step(self, node: Node) -> Iterator[Item]:
+        name = node.get(*_NAMED, *_NAMED_WITH_ARGS)
+        if name is None or node.end < 0:
+            yield self._unread(node, "it breaks off")
+            return
+        if name.kind == "map":
+            yield from self._step(name)
+            return
+        condition = next((c for key, c in node.entries() if key in _CONDITIONS), None)
+        if condition is not None and condition.text.lower() not in _EMPTY:
+            yield conditional(node.start, self._quoted(node)[1:-1], condition.text)
+            return
+        values = node.get(*_ARGS)
+        if "(" in name.text:
+            source = self._quoted(node)[1:-1]
+            found = [
+                replace(item, start=node.start, source=source) for item in self._read(name.text)
+            ]
+            yield from found or [self._unread(node, "its action cannot be read")]
+            return
+        args = _rest_args(node, name) if values is None else flattened(values)
+        action = name.text.strip().rpartition(".")[2]
+        joined = re.sub(r"[\s-]+", "_", action)
+        if args is None:
+            yield self._unread(node, "an argument is an object")
+        elif action.isidentifier() or (action and values is not None) or self._words.knows(joined):
+            action = joined if self._words.knows(joined) else action
+            yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, kept(args)))
+        elif self._words.begins(action) and not args:
+            yield from self._string(name)
+        else:
+            yield self._unread(node, "its action is not a name")
+
+    def _unread(self, node: Node, why: str) -> Item:
+        message = f"The step {self._quoted(node)} cannot be read: {why}."
+        return Item(node.start, self._quoted(node)[1:-1], code="P102", message=message)
+
+    def _quoted(self, node: Node) -> str:
+        end = node.end if node.end >= 0 else node.start + 200
+        return shown(self._text[node.start : end])
+
+    def tag(self, start: int, end: int) -> tuple[Item, int] | None:
+        """Read the tool call whose tag opens in a line; returns it and where it ends."""
+        text = self._text
+        opened = _OPEN.search(text, start, end)
+        if opened is None or "(" in text[start : opened.start()]:
+            return None
+        attributes = dict(_ATTRIBUTE.findall(opened[3] or ""))
+        closing = re.compile(rf"</{opened[1]}\s*>", re.IGNORECASE)
+        closed = closing.search(text, opened.end(), opened.end() + _LONGEST)
+        body = text[opened.end() : closed.start()] if closed and not opened[4] else ""
+        leaves = _leaves(body)
+        said = _SAID.match(body)
+        found = [
+            values[n].strip()
+            for values in (attributes, dict(leaves))
+            for n in _TAGGED
+            if n in values
+        ]
+        names = [opened[2] or "", *found, said[1] if said else ""]
+        name = next((n.strip().rpartition(".")[2] for n in names if n), "")
+        if not name.isidentifier():
+            return None
+        after = opened.end() if opened[4] else closed.end() if closed else end
+        source = " ".join(text[opened.start() : after].split())
+        if not opened[4] and closed is None:
+            return fault(opened.start(), source, "its tag is never closed"), after
+        given = [
+            (k, v) for k, v in (*attributes.items(), *leaves) if k not in {*_TAGGED, *_REMARKS}
+        ]
+        args = [arg for key, value in given for arg in _args(key, html.unescape(value).strip())]
+        if found and not leaves and "<" not in body:
+            args += _args("input", html.unescape(body).strip()) if body.strip() else []
+        return Item(opened.start(), source[:_LONGEST], keyworded(name, kept(args))), after
+
+    def fields(self, start: int, end: int, fenced: bool) -> tuple[list[Item], int] | None:
+        """Read a step of lines such as `action: put` and `object: egg`, as in YAML and by ReAct.
+
+        Returns it and where it ends, None if the line begins no such step.
+        """
+        text = self._text
+        match = _FIELD.match(text, start, end)
+        if match is None:
+            return None
+        key, value = _key(match[2]), match[3].strip().strip("`*")
+        listed = bool(match[1].strip())
+        bracketed = _BRACKETED.fullmatch(value)
+        whole, after = Node("map", match.start(2), end, keys=[], items=[]), end
+        if key in (*_NAMED, "tool", "command") and bracketed:
+            call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
+            return [Item(match.start(3), value, call)], end
+        named = key in (*_NAMED, "tool", "command") or (key == "name" and self._is_action(value))
+        if named and _KEYWORD.fullmatch(value.strip("'\"")):
+            whole.keys, whole.items = (
+                ["action"],
+                [Node("string", match.start(3), end, value.strip("'\""))],
+            )
+            column, own = match.start(2) - start, end
+            after = self._more_fields(whole, column, end)
+            if after == own and not self._is_action(whole.items[0].text):
+                return None
+        elif (listed or fenced) and key not in _NO_ACTIONS and self._is_action(match[2].strip()):
+            whole.keys = [match[2].strip()]
+            inner, after = self._field_value(match.start(3), end, match.start(2) - start)
+            whole.items = [inner]
+            if inner.kind == "string" and len(inner.text.split()) > 2:
+                return None
+        else:
+            return None
+        whole.end = after
+        items = list(self._map_steps(whole, planned=True))
+        return (items, after) if items else None
+
+    def _more_fields(self, node: Node, column: int, end: int) -> int:
+        """Add the fields in the lines below that stand in the same column; returns their end."""
+        while end < len(self._text):
+            start = end + 1
+            stop = self._text.find("\n", start)
+            stop = len(self._text) if stop < 0 else stop
+            match = _FIELD.match(self._text, start, stop)
+            if match is None or match[1].strip(" >*_\"'") or match.start(2) - start != column:
+                break
+            key = _key(match[2])
+            if key in (*_NAMED, "observation", "thought"):
+                break
+            value, end = self._field_value(match.start(3), stop, column)
+            node.keys.append(key)
+            node.items.append(value)
+        return end
+
+    def _field_value(self, pos: int, end: int, column: int) -> tuple[Node, int]:
+        """Read a field's value: a literal, the lines below it that stand deeper, or plain text."""
+        said = self._text[pos:end].strip()
+        opening = pos + len(self._text[pos:end]) - len(self._text[pos:end].lstrip())
+        if said[:1] in ("[", "{"):
+            node, after = read_literal(self._text, opening)
+            if node.end >= 0:
+                stop = self._text.find("\n", after)
+                return node, len(self._text) if stop < 0 else stop
+        if said:
+            plain = said.partition(" #")[0].strip("`*\"' ")
+            return Node("string", opening, end, plain), end
+        node = Node("map", pos, end)
+        while end < len(self._text):
+            start = end + 1
+            stop = self._text.find("\n", start)
+            stop = len(self._text) if stop < 0 else stop
+            match = _DEEPER.match(self._text, start, stop)
+            if match is None or match.start(2) - start <= column:
+                break
+            node.keys.append(match[2].strip(" :") if match[2].endswith(":") else "")
+            node.items.append(Node("string", match.start(3), stop, match[3].strip(" \"'")))
+            end = node.end = stop
+        if not any(node.keys):
+            node.kind, node.keys = "list", []
+        return node, end
+
+    def table(self, start: int, end: int) -> tuple[list[Item], int] | None:
+        """Read a table with a column for the action; returns its steps and where it ends."""
+        text = self._text
+        rule = _RULE.match(text, end + 1)
+        if rule is None or start < self._no_table_before or text[start:end].count("|") < 2:
+            return None
+        keys = [_key(cell) for cell, _ in _cells(text, start, end)]
+        at = next((n for n, key in enumerate(keys) if key in (*_NAMED, "command", "verb")), -1)
+        if at < 0:
+            return None
+        items: list[Item] = []
+        end = rule.end()
+        while text[end + 1 : end + 2] == "|" or _ROW.match(text, end + 1):
+            start, end = end + 1, text.find("\n", end + 1)
+            end = len(text) if end < 0 else end
+            cells = _cells(text, start, end)
+            if len(cells) <= at:
+                break
+            given = [
+                (k, c, p) for k, (c, p) in zip(keys, cells, strict=False) if c.lower() not in _EMPTY
+            ]
+            nodes = [Node("string", p, p + len(c), c.strip("`*")) for _, c, p in given]
+            row = Node("map", cells[0][1], end, items=nodes, keys=[k for k, _, _ in given])
+            if keys[at] in row.keys:
+                row.keys[row.keys.index(keys[at])] = "action"
+                items += self._steps(row, planned=True)
+        self._no_table_before = end
+        return (items, end) if items else None
+
+    def script(self, start: int, content: int, end: int, fenced: bool) -> list[Item]:
+        """Read a line of a program for a simulator or planner: `[WALK] <sink> (1)`, `(cut egg)`."""
+        line = self._text[content:end]
+        match = _BRACKETS.match(self._text, start, end)
+        if match and (match[2].strip() or self._is_action(match[1])):
+            args = tuple(name.strip() for name in re.findall(r"<([^<>]*)>", match[2]))
+            name = self._words.proper(match[1].strip().lower().replace(" ", "_"))
+            call = keyworded(name, [("", arg) for arg in args])
+            return [Item(match.start(1) - 1, match[0].strip(), call)]
+        whole = _PDDL.fullmatch(line)
+        if whole is None:
+            return []
+        found = []
+        for part in _ATOM.finditer(self._text, content + whole.start(2), content + whole.end(2)):
+            if not (fenced or whole[1] or self._is_action(part[1])):
+                return []
+            args = tuple(part[2].split())
+            found.append(
+                Item(part.start(), part[0], keyworded(part[1], [("", arg) for arg in args]))
+            )
+        return found
+
+
+_TAGGED = ("action", "name", "tool_name", "function_name", "function", "tool")
+_OPEN = re.compile(
+    r"<(invoke|function_call|function|tool_call|tool_use|tool|call|action|step)\b"
+    r"(?:=([\w.]+)|([^<>]*?))\s*(/?)>",
+    re.IGNORECASE,
+)
+_LEAF = re.compile(
+    r"<(\w+)(?:=(\w+)|[^<>]*?\bname\s*=\s*[\"'](\w+)[\"'][^<>]*|[^<>]*)>([^<]*)</\1\s*>"
+)
+_SAID = re.compile(r"\s*([^\W\d]\w*)\s*(?=<)")
+_ATTRIBUTE = re.compile(r"(\w+)\s*=\s*[\"']([^\"'<>]*)[\"']")
+_FIELD = re.compile(
+    r"([\s>*]*+(?:(?:[-•+]|\d{1,3}[.)])[ ]+)?[*\"']*+)"
+    r"([^\W\d_][\w-]{0,40}+(?:[ ]\w{1,20}+)?(?:[ ]\d{1,3})?)"
+    r"[*\"']*+[ ]*+:(?!:)[*_]*+((?:[ \t][^\n]*)?)"
+)
+_DEEPER = re.compile(r"([ \t]*)((?:-[ ]|[^\W\d]\w*:))[ \t]*([^\n]*)")
+_BRACKETED = re.compile(r"([a-zA-Z]\w*)\[([^\[\]\n]*)\]")
+_RULE = re.compile(r"[ \t]*\|?(?:[ \t]*:?-+:?[ \t]*\|)+(?:[ \t]*:?-+:?)?[ \t]*(?=\n|\Z)")
+_ROW = re.compile(r"[ \t]+\|")
+_BRACKETS = re.compile(
+    r"[\s>]*(?:(?:[-*•]|\d+[.)]|<char\d+>)\s+)*\[([A-Za-z][\w ]*)\]"
+    r"((?:\s*<[^<>\n]{1,80}>\s*(?:\([^()\n]*\))?)*)"
+    r"[\s,;.]*(?:\[[\d.]+\])?\s*\Z"
+)
+_ATOM = re.compile(r"\(\s*([A-Za-z][\w-]*)((?:\s+[\w.?-]+)*)\s*\)")
+_PDDL = re.compile(
+    r"((?:(?:step|time)?\s*\d+(?:\.\d+)?\s*:\s*)?)((?:\(\s*[A-Za-z][\w-]*(?:\s+[\w.?-]+)+\s*\)\s*)+)"
+    r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?",
+    re.IGNORECASE,
+)
+
+
+def _key(written: str) -> str:
+    return re.sub(r"[\s_-]+", "_", re.sub(r"\s\d+$", "", written.strip(" *_`").lower())).strip("_")
+
+
+def _cells(text: str, start: int, end: int) -> list[tuple[str, int]]:
+    """Return the cells of a row of a table, each with where it stands."""
+    found, at = [], start
+    for cell in text[start:end].split("|"):
+        found.append((cell.strip(), at + len(cell) - len(cell.lstrip())))
+        at += len(cell) + 1
+    lead = 0 if found[0][0] else 1
+    return found[lead : len(found) if found[-1][0] else -1]
+
+
+def _leaves(body: str) -> list[tuple[str, str]]:
+    """Return the innermost elements by their names; `<arg_key>` names the `<arg_value>` behind."""
+    leaves = [(m[2] or m[3] or m[1], m[4]) for m in _LEAF.finditer(body)]
+    keys = ["", *(value.strip() if key == "arg_key" else "" for key, value in leaves)]
+    pairs = zip(keys, leaves, strict=False)
+    return [(key or name, value) for key, (name, value) in pairs if name != "arg_key"]
+
+
+def _args(key: str, value: str) -> Args:
+    if key.lower() not in _ARGS:
+        return [(key, value)]
+    if value.startswith(("{", "[")):
+        node, _ = read_literal(value, 0)
+        return flattened(node) or []
+    reading = read_args(f"{value})", 0)
+    return list(reading.named()) if not reading.error else [("", value)]
+
+
+def _rest_args(node: Node, name: Node) -> Args | None:
+    """Take as arguments what a step says besides its action, remarks aside."""
+    said = [(k, v) for k, v in node.entries() if v is not name and k not in _REMARKS]
+    keys, values = [k for k, _ in said], [v for _, v in said]
+    return flattened(Node("map", node.start, node.end, items=values, keys=keys))
+
+
+def flattened(node: Node) -> Args | None:
+    """Flatten a value to arguments behind their names; None if an object stands where an argument
+    should."""
+    if node.kind == "string" and node.text.strip()[:1] in ("{", "["):
+        inner, _ = read_literal(node.text.strip(), 0)
+        return flattened(inner) if inner.end >= 0 else None
+    if node.kind == "string" and "," in node.text:
+        reading = read_args(node.text + ")", 0)
+        return None if reading.error else list(reading.named())
+    if node.kind in ("string", "word"):
+        null = node.kind == "word" and node.text.lower() in ("null", "none")
+        return [] if null else [("", node.text.strip())]
+    args: Args = []
+    for key, item in zip(node.keys or [""] * len(node.items), node.items, strict=False):
+        if item.kind == "map":
+            return None
+        nested = [("", item.text.strip())] if item.kind == "string" else flattened(item)
+        if nested is None:
+            return None
+        named = len(nested) == 1 and _KEYWORD.fullmatch(key)
+        args += [(key, nested[0][1])] if named else nested
+    return args

@@ -1,0 +1,475 @@
+"""The parser: normalise a text, cut off what is no answer, read each line, account for all."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
+from adaptbot_cli.core.parse.code import GAP, PROSE
+from adaptbot_cli.core.parse.phrases import CLOSED, OPEN, Vocabulary, is_negated, label_end
+from adaptbot_cli.core.parse.reader import Prose, ReadText, read_text
+from adaptbot_cli.core.parse.repeats import without_repeats
+from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
+
+_MOST_LINES = 5
+
+_UNSEEN = {0x200B: None, 0x2060: None, 0xFEFF: None}
+"""Zero-width space, word joiner, byte order mark: they stand in copied text and say nothing."""
+# Only behind a name in ASCII: 拿起苹果（从冰箱） is a sentence with a remark.
+_WIDE_CALL = re.compile(r"(?<=[A-Za-z0-9_])[(（][^()（）\n]*[)）]")
+_WIDE = str.maketrans("（），：＝＂＇「」『』", '(),:="\'""""')
+
+_TAG = (
+    r"(?:\w+:)?(?:think\w*|thought\w*|reason\w*|scratch_?pad|reflection|analysis|inner_monologue)"
+)
+_MARK = re.compile(
+    rf"(?P<fence>^(?:[^\S\n]|>)*(?:(?:[-*+]|\d+[.)])[^\S\n]+)?(?:`{{3}}|~{{3}})[^`(\"\n]*$)"
+    rf"|(?P<string>[(,\[:=][^\S\n]*\"[^\"\\\n]*+(?:\\.[^\"\\\n]*+)*\")"
+    rf"|(?P<open><\|?(?:begin_of_)?{_TAG}\|?>|\[{_TAG}\]|◁{_TAG}▷"
+    r"|<\|channel\|>(?!final)\w+(?:<\|message\|>)?)"
+    rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--)"
+    r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
+    r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
+    r"|(?P<frame><\|(?:start|channel|message|end)\|>(?:assistant|final)?)"
+    r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
+    re.IGNORECASE | re.MULTILINE,
+)
+_ENDS = {
+    "open": re.compile(
+        rf"</{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷|<\|(?:end|channel|start)\|>",
+        re.IGNORECASE,
+    ),
+    "comment": re.compile("-->"),
+    "fence": re.compile(r"^(?:[^\S\n]|>)*(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
+}
+_LETTER = re.compile(r"[^\n]")
+_INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
+_SENTENCE = re.compile(r"(?<=[.!;])\s+(?=[A-Z\"“`])")
+_NO_STEPS = re.compile(
+    r"\W*(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
+    r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
+    r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60}$",
+    re.IGNORECASE,
+)
+
+
+def parse(text: str, words: Vocabulary | None = None) -> Parsed:
+    """Read the steps in a text, in order, with a finding for whatever was not understood.
+
+    Reads prose with Markdown, code, JSON and other structures; and phrases, with the words of a
+    domain. Pure; raises on no text; runs nothing; takes time in proportion to the text's length.
+    Every finding and every call has its line and column.
+    """
+    words = words or Vocabulary()
+    text = whole = _plain(text)
+    text, discarded, why = _without_discarded(whole)
+    read = read_text(text, words)
+    read.items = list(_settled(read, words))
+    places = _Places(text)
+    calls: list[Written] = []
+    findings: list[Finding] = []
+    left_out: list[tuple[int, int, Item]] = []
+    gaps: dict[int, int] = {}
+    for item in _in_time(read.items):
+        line, column = places.of(item.start)
+        if item.code == GAP:
+            if calls:
+                gaps[len(calls)] = max(item.time, gaps.get(len(calls), 1))
+        elif item.code == LEFT_OUT and not item.message:
+            left_out.append((line, column, item))
+        elif item.call is None:
+            blocks = item.code == LEFT_OUT and item.time > 0
+            findings.append(
+                Finding(item.code, item.message, line=line, column=column, blocking=blocks)
+            )
+        else:
+            calls.append(Written(item.call, item.source, line, column))
+    if not calls:
+        findings.insert(0, Finding("P101", _no_plan(whole, read, findings), line=1, column=1))
+    if left_out:
+        findings.append(_left_out(left_out, "is no call and is left out"))
+    if discarded:
+        findings += _discarded(discarded, why, words)
+    kept, repeated = without_repeats(calls, gaps)
+    return Parsed(kept, tuple(sorted((*findings, *repeated), key=_place)))
+
+
+def _plain(text: str) -> str:
+    """Return a text with line feeds only, nothing unseen, and calls in ASCII's punctuation."""
+    text = text.replace("\r\n", "\n").replace("\r", "\n").translate(_UNSEEN)
+    return _WIDE_CALL.sub(lambda call: call[0].translate(_WIDE), text)
+
+
+def _without_discarded(text: str) -> tuple[str, str, str]:
+    """Return a text without what it discards, what it discards without the rest, and why.
+
+    Spaces take the place of either, so that offsets stay; the second is empty if nothing is
+    discarded. What is opened and never closed goes on to the end; reasoning that is only closed
+    began with the text.
+    """
+    spans: list[tuple[int, int]] = []
+    at, reasoned, why = 0, False, "the text takes it back (reasoning, a comment or struck out)"
+    while mark := _MARK.search(text, at):
+        kind, at = mark.lastgroup, mark.end()
+        if kind in _ENDS:
+            closing = _ENDS[kind].search(text, at)
+            at = closing.end() if closing else len(text)
+        if kind == "end":
+            if text[: mark.start()].strip():
+                why = "it stands behind the end of the answer" if not spans else why
+                spans.append((mark.start(), len(text)))
+                break
+            spans.append((mark.start(), at))
+        elif kind == "close" and not reasoned:
+            spans = [(0, at)]
+        elif kind not in ("fence", "string", "close"):
+            spans.append((mark.start(), at))
+        reasoned = reasoned or kind in ("open", "close")
+    quoted = [m.span() for m in re.finditer(r"^[^\S\n]*>[^\n]*", text, re.MULTILINE)]
+    if quoted and re.search(r"^(?![^\S\n]*>)[^\n]*\w\(", text, re.MULTILINE):
+        spans = sorted([*spans, *quoted])
+        why = why if len(spans) > len(quoted) else "it is quoted"
+    if not spans:
+        return text, "", ""
+    kept, discarded, at = [], [], 0
+    for start, end in [*spans, (len(text), len(text))]:
+        if end <= at < len(text):
+            continue
+        start = max(start, at)
+        kept += [text[at:start], _LETTER.sub(" ", text[start:end])]
+        discarded += [_LETTER.sub(" ", text[at:start]), text[start:end]]
+        at = end
+    return "".join(kept), "".join(discarded), why
+
+
+def _discarded(text: str, why: str, words: Vocabulary) -> list[Finding]:
+    """Tell of the calls in what the text takes back in one finding."""
+    places = _Places(text)
+    items = [i for i in read_text(text, words).items if i.code not in (LEFT_OUT, PROSE, GAP)]
+    items.sort(key=lambda item: item.start)
+    told = f"is left out: {why}"
+    return [_left_out([(*places.of(item.start), item) for item in items], told)] if items else []
+
+
+def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
+    """Yield what was read with each line of prose as a step in words, a finding, or nothing."""
+    items = read.items
+    calls = [n for n, item in enumerate(items) if item.call is not None]
+    settle = _Mixed(read, words, calls) if calls else _Phrased(items, words)
+    for n, item in enumerate(items):
+        if isinstance(item, Prose):
+            yield from settle.line(n, item)
+        elif item.code == PROSE:
+            yield from settle.steps(item.start, item.source, marked=True)
+        else:
+            settle.objects = item.call.args[:1] if item.call and item.call.args else settle.objects
+            yield item
+
+
+class _Settling:
+    """Settles lines of prose; a pronoun is what the step before was about."""
+
+    def __init__(self, words: Vocabulary) -> None:
+        self.words = words
+        self.objects: Sequence[str] = ()
+
+    def steps(
+        self, start: int, source: str, marked: bool, condition: str = "", unknown: bool = True
+    ) -> Iterator[Item]:
+        """Yield the steps of a phrase; where it cannot be read, a finding that names it."""
+        if CLOSED.fullmatch(source):
+            return
+        if OPEN.fullmatch(source):
+            message = f"{shown(source)} stands for steps that are not written out: write each."
+            yield Item(start, source, code="P103", message=message)
+            return
+        if is_negated(source):
+            message = f"{shown(source)} is not to be done, so it is no step."
+            yield Item(start, source, code="P106", message=message)
+            return
+        for number, (at, sentence) in enumerate(_sentences(source)):
+            known = self.words.begins(sentence)
+            fits = known or (marked and number == 0) or self.words.shaped(sentence)
+            clauses = self.words.read(sentence, unknown, self.objects) if known or fits else []
+            if not clauses or not (known or unknown):
+                yield self._unread(start + at, sentence, known)
+            for clause in clauses if known or unknown else ():
+                where = start + at
+                if condition or clause.condition:
+                    yield conditional(where, sentence, condition or clause.condition)
+                    continue
+                self.objects = clause.objects or self.objects
+                for call in clause.calls:
+                    yield Item(where, sentence, call)
+                aside = re.search(r"\s\(([^()]*)\)", sentence)
+                left_out = ", ".join(filter(None, [clause.left_out, aside[1] if aside else ""]))
+                if left_out:
+                    message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
+                    yield Item(where, sentence, code=LEFT_OUT, message=message)
+
+    def _unread(self, start: int, source: str, blocks: bool) -> Item:
+        """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
+        if not blocks:
+            return Item(start, source, code=LEFT_OUT)
+        message = f"{shown(source)} looks like a step, but is none that can be read."
+        return Item(start, source, code=LEFT_OUT, message=message, time=1)
+
+
+def _sentences(source: str) -> list[tuple[int, str]]:
+    """Return the sentences of a line, and the items of a list that stands in one line."""
+    lead = label_end(source)
+    marks = list(_INLINE.finditer(source, lead))
+    numbers = [int(mark[1]) for mark in marks]
+    if (
+        numbers
+        and numbers[0] in (1, 2)
+        and numbers == list(range(numbers[0], len(marks) + numbers[0]))
+    ):
+        # What leads the first number is an announcement; the line's own mark has been read.
+        bounds = [lead] * (numbers[0] == 2) + [m.end() for m in marks]
+        ends = [*(m.start() for m in marks[numbers[0] == 1 :]), len(source)]
+        parts = list(zip(bounds, ends, strict=True))
+    else:
+        starts = [lead, *(m.end() for m in _SENTENCE.finditer(source, lead))]
+        parts = list(zip(starts, [*starts[1:], len(source)], strict=True))
+    found = [(at, source[at:end].strip(" ,;")) for at, end in parts]
+    return [
+        (at, part) for at, part in found if re.search(r"\w", part) and not CLOSED.fullmatch(part)
+    ]
+
+
+class _Phrased(_Settling):
+    """Settles the lines of a text that holds no call: the list of steps, or sentences that are."""
+
+    def __init__(self, items: Sequence[Item], words: Vocabulary) -> None:
+        super().__init__(words)
+        self._items = items
+        lines = [(n, item) for n, item in enumerate(items) if isinstance(item, Prose)]
+        self._aside: set[int] = set()
+        aside = False
+        for n, item in lines:
+            inline = len(_sentences(item.source)) > 1 and _INLINE.search(item.source)
+            if item.heads or (not item.marked and item.source.rstrip().endswith(":")):
+                aside = bool(_NO_STEPS.match(item.source))
+            elif not item.marked and _NO_STEPS.match(item.source) and not inline:
+                self._aside.add(n)
+            if aside:
+                self._aside.add(n)
+        self._lists: dict[int, list[str]] = {}
+        for n, item in lines:
+            if n not in self._aside and not self._heads(n, item) and (item.marked or item.fenced):
+                self._lists.setdefault(item.group, []).append(item.source)
+        self._plans = {group for group, lines in self._lists.items() if self._is_plan(lines)}
+        said = [
+            s
+            for n, i in lines
+            if n not in self._aside and not i.heads
+            for _, s in _sentences(i.source)
+        ]
+        begun = sum(words.begins(sentence) for sentence in said)
+        shaped = bool(words.names) and all(words.begins(s) or words.shaped(s) for s in said)
+        self._prose = not self._plans and (2 * begun >= len(said) or shaped)
+
+    def _is_plan(self, lines: Sequence[str]) -> bool:
+        """Tell whether the items of a list are steps: they begin with verbs."""
+        said = [sentence for line in lines for _, sentence in _sentences(line)]
+        return any(map(self.words.begins, said)) or (
+            bool(self.words.names)
+            and all(re.match(r"\w+\s+(?:the|a|an)\s+\w", line, re.IGNORECASE) for line in lines)
+        )
+
+    def _heads(self, n: int, item: Prose) -> bool:
+        """Tell whether an item of a list has items of its own, or announces something."""
+        below = self._items[n + 1] if n + 1 < len(self._items) else None
+        while below is not None and below.code == GAP:
+            n += 1
+            below = self._items[n + 1] if n + 1 < len(self._items) else None
+        deeper = isinstance(below, Prose) and below.marked and below.indent > item.indent
+        return bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
+
+    def line(self, n: int, item: Prose) -> Iterator[Item]:
+        inline = _INLINE.findall(item.source)
+        steps = item.group in self._plans and (item.marked or item.fenced)
+        if not self.words.names or n in self._aside or (self._heads(n, item) and len(inline) < 2):
+            return
+        begins = any(self.words.begins(s) for _, s in _sentences(item.source))
+        if steps or (len(inline) > 1 and begins):
+            yield from self.steps(item.start, item.source, True, item.message)
+        elif self._prose:
+            yield from self.steps(item.start, item.source, False, item.message)
+        elif (begins or is_negated(item.source)) and self._plans and not item.heads:
+            yield from self.steps(item.start, item.source, False, item.message, unknown=False)
+        elif (self._plans and OPEN.fullmatch(item.source)) or (item.message and begins):
+            yield from self.steps(item.start, item.source, False, item.message)
+
+
+class _Mixed(_Settling):
+    """Settles the lines of a text that holds calls: a step beside them, or what describes them."""
+
+    def __init__(self, read: ReadText, words: Vocabulary, calls: Sequence[int]) -> None:
+        super().__init__(words)
+        self._items = read.items
+        self._where = read.where
+        self._lists = {(w.group, w.indent) for n in calls if (w := self._of(n)) and w.marked}
+        self._calls = [call for n in calls if (call := read.items[n].call)]
+        self._done = {self._meaning(call) for call in self._calls}
+        self._named = {_name(arg) for call in self._calls for arg in call.args}
+        self._sizes = Counter(i.group for i in read.items if isinstance(i, Prose) and i.marked)
+
+    def _of(self, n: int) -> Prose | None:
+        item = self._items[n]
+        return item if isinstance(item, Prose) else self._where.get(item.start)
+
+    def _meaning(self, call: Call | None) -> str:
+        """Return what an action's name comes to, the same for all of its names."""
+        if call is None:
+            return ""
+        found = [
+            v.action
+            for vs in self.words.verbs.values()
+            for v in vs
+            if v.name == call.action.lower()
+        ]
+        return (found[0].family or found[0].name) if found else call.action
+
+    def _beside(self, n: int, step: int) -> int:
+        """Return the nearest item before or behind that says something, -1 if there is none."""
+        n += step
+        while 0 <= n < len(self._items) and (self._items[n].code == GAP):
+            n += step
+        return n if 0 <= n < len(self._items) else -1
+
+    def line(self, n: int, item: Prose) -> Iterator[Item]:
+        before, behind = self._nearest(n, item, -1), self._nearest(n, item, 1)
+        sibling = item.marked and (item.group, item.indent) in self._lists
+        begins = any(
+            self.words.begins(s) or (sibling and self.words.shaped(s))
+            for _, s in _sentences(item.source)
+        )
+        headed = item.heads or self._has_body(n, item)
+        if not headed and (sibling or ((before or behind) and begins and not item.fenced)):
+            if begins and self._describes(item, before, behind):
+                if before and behind:
+                    yield Item(item.start, item.source, code=LEFT_OUT)
+            elif begins or OPEN.fullmatch(item.source) or is_negated(item.source):
+                yield from self.steps(item.start, item.source, begins, item.message)
+            elif not CLOSED.fullmatch(item.source):
+                yield Item(item.start, item.source, code=LEFT_OUT)
+        elif before and behind and not headed and not item.fenced:
+            if OPEN.fullmatch(item.source):
+                yield from self.steps(item.start, item.source, False)
+            else:
+                yield Item(item.start, item.source, code=LEFT_OUT)
+        elif (before or behind) and OPEN.fullmatch(item.source):
+            yield from self.steps(item.start, item.source, False)
+        elif item.marked and not headed and begins:
+            yield from self._outlined(item)
+
+    def _nearest(self, n: int, item: Prose, step: int) -> Call | None:
+        """Return the call before or behind a line that no blank line parts from it, if any."""
+        m = self._beside(n, step)
+        while m >= 0 and isinstance(self._items[m], Prose) and self._of(m).run == item.run:  # type: ignore[union-attr]
+            m = self._beside(m, step)
+        where = self._of(m) if m >= 0 else None
+        return self._items[m].call if where is not None and where.run == item.run else None
+
+    def _has_body(self, n: int, item: Prose) -> bool:
+        """Tell whether what stands right below a line belongs to it: deeper, or its calls."""
+        m = self._beside(n, 1)
+        where = self._of(m) if m >= 0 else None
+        if where is None or not item.marked:
+            return where is not None and where.indent > item.indent and where.run == item.run
+        deeper = where.indent > item.indent
+        return deeper or (not where.marked and not isinstance(self._items[m], Prose))
+
+    def _describes(self, item: Prose, before: Call | None, behind: Call | None) -> bool:
+        """Tell whether a line only says in words what the call beside it does."""
+        said = [
+            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
+        ]
+        for beside in (before, behind):
+            for call in said:
+                if beside is not None and self._meaning(call) == self._meaning(beside):
+                    args = {_name(arg) for arg in beside.args}
+                    if not call.args or _name(call.args[0]) in args:
+                        return True
+        return False
+
+    def _outlined(self, item: Prose) -> Iterator[Item]:
+        """Tell of an item of a list apart from the calls, unless a call does what it says.
+
+        It blocks unless the calls are the fuller account, of all the things that it names.
+        """
+        said = [
+            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
+        ]
+        if said and all(self._meaning(call) in self._done for call in said):
+            return
+        named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
+        fuller = self._sizes[item.group] < len(self._calls) and named <= self._named
+        yield self._unread(item.start, item.source, blocks=not fuller)
+
+
+def _name(arg: str) -> str:
+    return arg.lower().replace(" ", "_")
+
+
+def _in_time(items: Iterable[Item]) -> list[Item]:
+    """Return items with the atoms of a logic program in the order of their times."""
+    items = list(items)
+    timed = [n for n, item in enumerate(items) if item.call is not None and item.time >= 0]
+    for n, item in zip(timed, sorted((items[n] for n in timed), key=lambda i: i.time), strict=True):
+        items[n] = item
+    return items
+
+
+def _left_out(prose: list[tuple[int, int, Item]], why: str) -> Finding:
+    """Tell of all lines that are left out for one reason in one finding."""
+    line, column, first = prose[0]
+    message = f"{shown(first.source)} {why}"
+    if len(prose) > 1:
+        lines = [str(line) for line, _, _ in prose[1 : _MOST_LINES + 1]]
+        more = " and on" if len(prose) > _MOST_LINES + 1 else ""
+        message += f", and so is what stands in line {', '.join(lines)}{more}"
+    return Finding(LEFT_OUT, f"{message}.", line=line, column=column)
+
+
+def _no_plan(text: str, read: ReadText, findings: list[Finding]) -> str:
+    if not text.strip():
+        return "The text is empty: there is no plan in it."
+    if findings:
+        return "The text holds no step that can be run: see what else was found in it."
+    if sum(not c.isprintable() and not c.isspace() for c in text[:1000]) > len(text[:1000]) / 10:
+        return "The text is not readable: it consists of control characters and holds no call."
+    rows = [line.strip() for line in text.split("\n") if line.strip()]
+    items = [row for row in rows if re.match(r"(?:[-*•]|\d+[.)、])\s*\S", row)]
+    quoted = ", ".join(shown(row[:SHOWN]) for row in (items or rows)[:2])
+    if items:
+        many = f"{len(items)} items" if len(items) > 1 else "one item"
+        told = f"The text holds {many} of a list in words that could not be read as steps"
+        return f'{told}: {quoted}. Write each as a call such as `action("item")`.'
+    return f'The text holds no call such as `action("item")`: it is only prose: {quoted}.'
+
+
+def _place(finding: Finding) -> tuple[int, int]:
+    return finding.line or 0, finding.column or 0
+
+
+class _Places:
+    """Turns offsets into lines and columns. Going forwards, it looks at the text once."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+        self._line = 1
+        self._line_start = 0
+
+    def of(self, offset: int) -> tuple[int, int]:
+        """Return the line and column of an offset."""
+        offset = min(offset, len(self._text))
+        if offset < self._at:
+            self._at, self._line, self._line_start = 0, 1, 0
+        self._line += self._text.count("\n", self._at, offset)
+        self._line_start = self._text.rfind("\n", self._at, offset) + 1 or self._line_start
+        self._at = offset
+        return self._line, offset - self._line_start + 1

@@ -1,0 +1,166 @@
+"""Requests as people type them: what is understood, and that nothing else is said to be done."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from adaptbot_cli.adapters.planner.library import Library
+from adaptbot_cli.adapters.terminal import AbsentHuman
+from adaptbot_cli.core.execute import Rehearsal
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.parse import parse
+from adaptbot_cli.core.plan import Call
+from adaptbot_cli.core.questions import NO, YES, Answer, Question
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.summary import asked, findings
+from adaptbot_cli.core.turns import Human
+from adaptbot_cli.core.tutor import pursue_each
+from adaptbot_cli.errors import ModelError
+from adaptbot_cli.resources import bundled
+from adaptbot_cli.session.driving import Nowhere, Ports, drive
+from adaptbot_cli.session.loading import load
+from adaptbot_cli.workspace import Workspace
+from tests.asking import lexicon, reading_of
+
+TABLE: dict[str, list[dict[str, Any]]] = yaml.safe_load(
+    (Path(__file__).parent / "data" / "requests.yaml").read_text(encoding="utf-8")
+)
+ROWS = [(domain, row) for domain, rows in TABLE.items() for row in rows]
+NO_PLAN = 5
+
+
+def kg_of(domain: str) -> Kg:
+    """The bundled graph of a domain, fresh: a run changes its state."""
+    return load(Workspace(Path("nowhere")), domain)
+
+
+@cache
+def reading(domain: str, text: str) -> Reading:
+    """What a request means on the bundled graph."""
+    return reading_of(text, kg_of(domain))
+
+
+def run(domain: str, text: str, human: Human | None = None) -> Result:
+    """Pursue a request with the plan library, in this process."""
+    kg = kg_of(domain)
+    library = Library((bundled("prompts") / "library" / domain,), kg.domain, kg=kg)
+    ports = Ports(library, human or AbsentHuman(), Rehearsal(kg), lexicon(), Nowhere())
+    turns = pursue_each(text, lambda said: reading_of(said, kg), kg, parse, replans=0)
+    return drive(turns, ports)
+
+
+def code_of(domain: str, text: str) -> int:
+    """The exit code that a run has."""
+    try:
+        return 0 if run(domain, text).goal_met else 3
+    except ModelError:
+        return NO_PLAN
+
+
+def test_the_table_is_as_long_as_it_says() -> None:
+    assert len(ROWS) >= 150
+    assert len({row["said"] for _, row in ROWS if _ == "kitchen"}) == len(TABLE["kitchen"])
+
+
+@pytest.mark.parametrize(("domain", "row"), ROWS, ids=[row["said"] for _, row in ROWS])
+def test_a_request_is_understood(domain: str, row: dict[str, Any]) -> None:
+    read = reading(domain, row["said"])
+    told = asked(read.tasks)
+    if "is" in row:
+        assert told["tasks"] == row["is"]
+    assert set(row.get("out", [])) <= set(told["excluded"])
+    assert bool(read.doubts) == bool(row.get("doubt")), read.line
+
+
+@pytest.mark.parametrize(("domain", "row"), ROWS, ids=[row["said"] for _, row in ROWS])
+def test_a_run_ends_as_honestly(domain: str, row: dict[str, Any]) -> None:
+    code = code_of(domain, row["said"])
+    assert code == row["exit"]
+    assert code or not reading(domain, row["said"]).doubts
+
+
+def used(result: Result) -> set[str]:
+    """The names in the steps of every plan of a result."""
+    calls: list[Call] = [step.call for r in result.runs or (result,) for step in r.report.live]
+    return {arg for call in calls for arg in call.args}
+
+
+@pytest.mark.parametrize(
+    ("text", "never"),
+    [
+        ("make a tea without milk", {"milk"}),
+        ("omelette without eggs", {"egg"}),
+        ("cheese sandwich without butter", {"butter", "peanut_butter"}),
+        ("egg-free pancakes", {"egg", "mayonnaise", "brioche"}),
+        ("tea, dairy-free, and a fruit salad", {"milk", "butter", "cheese", "yogurt"}),
+        ("nut-free cookies", {"peanut_butter", "chocolate"}),
+        ("vegan soup", {"chicken", "beef", "ham", "butter", "honey", "egg"}),
+    ],
+)
+def test_what_is_excluded_is_in_no_step(text: str, never: set[str]) -> None:
+    assert not used(run("kitchen", text)) & never
+
+
+class Confirming:
+    """A person who says the same to every question about the reading, and nothing else."""
+
+    def __init__(self, value: str) -> None:
+        self.value = value
+        self.asked: list[Question] = []
+
+    def ask(self, question: Question) -> Answer:
+        """Answer a question about the reading."""
+        self.asked.append(question)
+        return Answer(self.value if question.kind == "reading" else "later", by="tester")
+
+    def review(self, lessons: tuple[object, ...]) -> bool:
+        """Keep what was learned."""
+        return True
+
+
+def test_an_uncertain_reading_is_one_question() -> None:
+    person = Confirming(YES)
+    result = run("kitchen", "mkae omlette", person)
+    first, *others = person.asked
+    assert first.kind == "reading" and "omelette" in first.text and result.goal_met
+    assert "reading" not in {question.kind for question in others}
+
+
+def test_a_reading_that_is_wrong_is_not_carried_out() -> None:
+    result = run("kitchen", "make a sandwhich", Confirming(NO))
+    assert result.verdict == "no_plan" and not used(result)
+
+
+def test_another_task_keeps_what_was_excluded() -> None:
+    result = run("kitchen", "omlete without salt", Confirming("is omelette"))
+    assert result.goal_met and "salt" not in used(result)
+
+
+def test_an_excluded_item_of_a_written_plan_blocks() -> None:
+    from adaptbot_cli.session.playing import check
+
+    kg = kg_of("kitchen")
+    [task] = reading_of("tea without milk", kg).tasks
+    plan = 'pick_up_obj("milk")\nput_down_obj("milk", "cup")'
+    with_it = check(plan, task, kg)
+    assert "E505" in {f.code for f in findings(with_it)} and with_it.verdict == "findings"
+    [plain] = reading_of("tea", kg).tasks
+    assert "E505" not in {f.code for f in findings(check(plan, plain, kg))}
+
+
+def test_what_is_not_known_to_be_safe_is_asked_and_not_used() -> None:
+    person = Confirming("later")
+    result = run("kitchen", "gluten-free ham sandwich", person)
+    about = {(question.about, question.prop) for question in person.asked}
+    assert ("ham", "has_gluten") in about and not result.goal_met
+
+
+def test_several_tasks_have_a_plan_and_a_verdict_each() -> None:
+    result = run("kitchen", "make omelette and tea")
+    assert [each.report.task.name for each in result.runs] == ["omelette", "tea"]
+    first, second = (used(each) for each in result.runs)
+    assert "tea" not in first and "egg" not in second
