@@ -289,8 +289,8 @@ class _Vocabulary:
                 _plain(name) for name in (*self.domain.task_classes, *self.domain.task_names)
             ]
             for dish in self.dishes:
-                if dish.endswith(" of"):
-                    continue  # "glass of": what it is full of is still to come
+                if dish.endswith(" of") or self._action(normal(dish)):
+                    continue  # "glass of", "water": what it is about is still to come
                 # "chicken soup" is a soup with chicken, whatever plan there is for it
                 if not any(_part_of(name, _plain(dish), self.domain) for name in classes):
                     named.setdefault(normal(dish), Task(dish, thin=True))
@@ -321,9 +321,15 @@ class _Vocabulary:
         guesses, found = [], []
         for word in tokens:
             near = "" if word in explained or self.senses(word) else self._near(word)
-            guesses += [(word, near)] if near else []
+            guesses += [(word, self._main_name(near, word))] if near else []
             found.append(near or word)
         return found, guesses
+
+    def _main_name(self, near: str, written: str) -> str:
+        """The name to tell for one that was meant: that of the pack, if it is as like the slip."""
+        named = [task.name for name, task in self.names if name == (near,)]
+        named += map(self.kg.name, self.kg.find(near))
+        return next(iter(get_close_matches(written, named, 1, _A_SLIP)), near)
 
     def _near(self, word: str) -> str:
         if len(word) < 3 or not word.isalpha():
@@ -496,15 +502,15 @@ class _Vocabulary:
         states = (p for p in self.domain.properties.values() if word in p.state_words)
         return word if next(states, None) else ""
 
-    def noun(self, phrase: str) -> bool:
-        """Whether a phrase, or its last word, is a noun of the domain's word fields."""
+    def noun(self, phrase: str, anything: bool = False) -> bool:
+        """Whether a phrase, or its last word, is a noun of the domain's word fields, or of any."""
         for name in (phrase.replace(" ", "_"), phrase.rpartition(" ")[2]):
             bases = {name, *singulars(name)}
             nouns = [
                 s for s in self.senses(name) if s.field.startswith("noun.") and s.base in bases
             ]
             if nouns:
-                return nouns[0].field in self.domain.noun_fields
+                return anything or nouns[0].field in self.domain.noun_fields
         return False
 
     def among_goals(self, name: str) -> bool:
@@ -1010,7 +1016,10 @@ class _Reader:
             found = [part.thing] if part.thing else list(part.several)
             draft.things += found
             draft.states += [(found[0], part.state)] if part.state else []
-        elif behind and (self.vocabulary.noun(part.text) or self._nameless(part.text)):
+        elif behind and (
+            self.vocabulary.noun(part.text, anything=draft.action is not None)
+            or self._nameless(part.text)
+        ):
             draft.things.append(name)
         else:
             self._miss(part.text)
@@ -1077,7 +1086,8 @@ class _Reader:
             states=tuple(self._states(draft)),
         )
         if task is not None and task.iri is not None:
-            required = tuple(dict.fromkeys((*task.required, *things)))
+            needed = [n for n in task.required if not any(self._serves(t, n) for t in things)]
+            required = tuple(dict.fromkeys((*needed, *things)))
             return replace(
                 read,
                 name=task.name if task.known else name,
@@ -1089,6 +1099,18 @@ class _Reader:
             )
         thin = not read.states and not read.inside
         return replace(read, thin=thin, like=vocabulary.like(name) if thin else ())
+
+    def _serves(self, named: str, needed: str) -> bool:
+        """Whether a thing serves as another does: what makes it fit to act "with" is true of both."""
+        kg = self.vocabulary.kg
+        pair = [*kg.find(named)[:1], *kg.find(needed)[:1]]
+        return len(pair) == 2 and any(
+            rule.of == part.name and all(kg.value(thing, rule.prop) == rule.value for thing in pair)
+            for action in kg.domain.actions.values()
+            for part in action.parameters
+            if "with" in part.prepositions and all(kg.is_a(t, part.classes) for t in pair)
+            for rule in action.attributes
+        )
 
     def _states(self, draft: _Draft) -> Iterable[tuple[str, URIRef]]:
         """The states that the words ask for: of a thing ("sliced onion"), or by a verb."""
@@ -1106,5 +1128,6 @@ class _Reader:
                 known = kg.domain.properties.get(predicate)
                 classes = [known.domain] if known else []
                 for name in draft.things if str(subject) == first else ():
-                    if any(kg.is_a(e, classes) for e in kg.find(name)):
+                    found = kg.find(name)
+                    if not found or any(kg.is_a(e, classes) for e in found):
                         yield name, predicate

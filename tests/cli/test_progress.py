@@ -180,6 +180,7 @@ def test_a_run_that_cannot_be_executed(home: Home) -> None:
     plan = 'pick_up_obj("egg")\nput_down_obj("egg", "bowl")\nfry("water", "pan")\nslice("water")\n'
     script = (
         dump({"adaptbot": 1, "task": "odd dish", "domain": "kitchen", "replans": 0})
+        + dump({"turn": "ask", "kind": "reading", "about": "odd_dish", "answer": "y"})
         + dump({"turn": "propose", "reply": plan})
         + dump({"turn": "ask", "kind": "mend", "about": "odd_dish", "answer": "no"})
         + dump({"turn": "finished", "outcome": "findings"})

@@ -152,7 +152,7 @@ def test_the_text_of_a_plan(used: Home, name: str) -> None:
 
 
 def test_a_file_without_an_end(used: Home) -> None:
-    with pytest.raises(UsageError, match="larger than 1 MB"):
+    with pytest.raises(UsageError, match="larger than 2 MB"):
         bounded.read_bytes(Path("/dev/zero"), bounded.PLAN, UsageError, piped=True)
     pipe = used.folder / "pipe"
     os.mkfifo(pipe)

@@ -105,10 +105,14 @@ class Repo:
         if holder is None:
             return None
         pygit2 = _pygit2()
-        named = os.environ.get("GIT_CONFIG_GLOBAL")
-        for level in (pygit2.enums.ConfigLevel.GLOBAL, pygit2.enums.ConfigLevel.XDG):
-            if named:  # libgit2 does not know it: `_setting` looks there
-                pygit2.settings.search_path[level] = os.devnull
+        # libgit2 keeps the folders of its first use, fails at one that may not be entered, and does
+        # not know GIT_CONFIG_GLOBAL, where `_setting` looks
+        home = os.environ.get("HOME", "")
+        own = os.environ.get("XDG_CONFIG_HOME") or f"{home}/.config"
+        levels = pygit2.enums.ConfigLevel
+        for level, folder in ((levels.GLOBAL, home), (levels.XDG, f"{own}/git")):
+            used = not os.environ.get("GIT_CONFIG_GLOBAL") and os.access(folder, os.X_OK)
+            pygit2.settings.search_path[level] = folder if used and Path(folder).is_dir() else ""
         with _telling(holder):
             try:
                 found = pygit2.Repository(str(holder))
@@ -809,7 +813,7 @@ def _pygit2() -> Any:
     # Who may be trusted is looked at once, when the workspace is found.
     pygit2.settings.owner_validation = False
     if os.environ.get("GIT_CONFIG_NOSYSTEM"):
-        pygit2.settings.search_path[pygit2.enums.ConfigLevel.SYSTEM] = os.devnull
+        pygit2.settings.search_path[pygit2.enums.ConfigLevel.SYSTEM] = ""
     return pygit2
 
 
