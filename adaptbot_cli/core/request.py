@@ -543,7 +543,7 @@ class _Vocabulary:
         head = parts[-1:] if self.domain.products else parts[:1]
         found = (
             r.word
-            for word in ("_".join(parts), *head)
+            for word in ("_".join(parts), *(w for w in head if w not in english.VERBS))
             for r in self.lexicon.related(word, fields)
             if r.relation != "hyponym" and r.word in self.domain.task_classes
         )
