@@ -273,6 +273,8 @@ class _Vocabulary:
         return self._forms[word]
 
     def same(self, one: str, other: str) -> bool:
+        if one[:2] != other[:2]:  # forms of one word begin alike; the lexicon takes a second to open
+            return False
         return one == other or not self.forms(one).isdisjoint(self.forms(other))
 
     @property
@@ -289,7 +291,8 @@ class _Vocabulary:
                 _plain(name) for name in (*self.domain.task_classes, *self.domain.task_names)
             ]
             for dish in self.dishes:
-                if dish.endswith(" of") or self._action(normal(dish)):
+                errand = not self.domain.products and self._action(normal(dish))
+                if dish.endswith(" of") or errand:
                     continue  # "glass of", "water": what it is about is still to come
                 # "chicken soup" is a soup with chicken, whatever plan there is for it
                 if not any(_part_of(name, _plain(dish), self.domain) for name in classes):
