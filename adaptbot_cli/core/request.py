@@ -273,7 +273,7 @@ class _Vocabulary:
         return self._forms[word]
 
     def same(self, one: str, other: str) -> bool:
-        if one[:2] != other[:2]:  # forms of one word begin alike; the lexicon takes a second to open
+        if one[:2] != other[:2]:  # forms of one word begin alike, and the lexicon is slow to open
             return False
         return one == other or not self.forms(one).isdisjoint(self.forms(other))
 
@@ -1104,7 +1104,7 @@ class _Reader:
         return replace(read, thin=thin, like=vocabulary.like(name) if thin else ())
 
     def _serves(self, named: str, needed: str) -> bool:
-        """Whether a thing serves as another does: what makes it fit to act "with" is true of both."""
+        """Whether a thing serves as another does: both are fit to act "with" in the same action."""
         kg = self.vocabulary.kg
         pair = [*kg.find(named)[:1], *kg.find(needed)[:1]]
         return len(pair) == 2 and any(
