@@ -1,16 +1,19 @@
 """A command in a real terminal: what is on its screen, and keys for it."""
 
+import os
 import re
-import signal
-import sys
+import termios
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 import pexpect
+from pexpect.fdpexpect import fdspawn
 
+from tests.cli import forking
 from tests.cli.command import Home
+from tests.cli.forking import Process
 
 ENTER, ESC, CTRL_C, TAB, CTRL_U = "\r", "\x1b", "\x03", "\t", "\x15"
 COLUMNS = 80
@@ -21,6 +24,7 @@ class Tty:
     """A command in a terminal; `screen` is everything that has appeared on it so far."""
 
     process: Any
+    command: Process
     screen: str = field(default="", init=False)
 
     def waits(self, question: str) -> "Tty":
@@ -40,12 +44,11 @@ class Tty:
         """Wait for the end; return the exit code."""
         self.process.expect(pexpect.EOF)
         self.screen += self.process.before
-        self.process.close()
-        return int(self.process.exitstatus)
+        return self.command.wait()
 
     def kill(self) -> None:
         """Kill the command as nothing can be held back from."""
-        self.process.kill(signal.SIGKILL)
+        self.command.kill()
         self.process.close()
 
     @property
@@ -57,17 +60,15 @@ class Tty:
 @contextmanager
 def tty(home: Home, *arguments: str, **env: str) -> Iterator[Tty]:
     """Run a command in a terminal of 80 columns that is gone afterwards, however the test went."""
-    process = pexpect.spawn(
-        sys.executable,
-        ["-m", "adaptbot_cli", *arguments],
-        cwd=str(home.folder),
-        dimensions=(50, COLUMNS),
-        encoding="utf-8",
-        timeout=60,
-        env=home.environment(**{"TERM": "xterm-256color", "PROMPT_TOOLKIT_NO_CPR": "1", **env}),
+    environment = home.environment(
+        **{"TERM": "xterm-256color", "PROMPT_TOOLKIT_NO_CPR": "1", **env}
     )
-    opened = Tty(process)
+    master, screen = os.openpty()
+    termios.tcsetwinsize(screen, (50, COLUMNS))
+    command = forking.start(arguments, home.folder, environment, (screen,) * 3, terminal=True)
+    os.close(screen)
+    opened = Tty(fdspawn(master, encoding="utf-8", timeout=60), command)
     try:
         yield opened
     finally:
-        process.close(force=True)
+        opened.kill()

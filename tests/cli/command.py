@@ -4,12 +4,15 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from adaptbot_cli.adapters.store.git import Repo
+from tests.cli import forking
 
 ROOT = Path(__file__).parents[2]
 TRANSCRIPTS = ROOT / "transcripts"
@@ -78,7 +81,16 @@ class Home:
 
     def adaptbot(self, *arguments: str, stdin: bytes = b"", **env: str) -> Ended:
         """Run one command."""
-        return self.python("-m", "adaptbot_cli", *arguments, stdin=stdin, **env)
+        if any(key.startswith(("PYTHON", "LANG", "LC_")) for key in env):
+            return self.python("-m", "adaptbot_cli", *arguments, stdin=stdin, **env)
+        with ExitStack() as stack:
+            given, out, err = (stack.enter_context(tempfile.TemporaryFile()) for _ in range(3))
+            given.write(stdin)
+            given.seek(0)
+            streams = (given.fileno(), out.fileno(), err.fileno())
+            code = forking.start(arguments, self.folder, self.environment(**env), streams).wait()
+            texts = [file.seek(0) or file.read().decode() for file in (out, err)]
+        return Ended(code, *texts)
 
     def adaptbots(self, commands: Sequence[Sequence[str]]) -> list[Ended]:
         """Run many commands in one process, for those that only read what they are told."""
