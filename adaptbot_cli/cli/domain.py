@@ -16,6 +16,8 @@ from adaptbot_cli.cli.common import (
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
+    from adaptbot_cli.session import Started
+    from adaptbot_cli.workspace import Workspace
 
 FAULTS = 3
 
@@ -67,12 +69,34 @@ def new_domain(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Start a domain of your own in the workspace: a small, commented pack that runs at once."""
-    from rich.text import Text
-
     from adaptbot_cli import session
 
     home = workspace(workspace_dir)
-    made = session.start(home, name, like)
+    _made(session.start(home, name, like), home, name)
+
+
+@app.command("import")
+def import_domain(
+    domain: Annotated[Path, typer.Argument(help="The domain, in PDDL.", metavar="DOMAIN.pddl")],
+    problem: Annotated[
+        Path | None,
+        typer.Argument(help="A problem of it: its things, state, goal.", metavar="[PROBLEM.pddl]"),
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="What to call it; else as the file.")] = None,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Make a pack of a PDDL domain (STRIPS and ADL), and of the things and goal of a problem."""
+    from adaptbot_cli import session
+
+    home = workspace(workspace_dir)
+    made = session.take_over(home, domain, problem, name)
+    _made(made, home, made.kg.domain.name)
+
+
+def _made(made: "Started", home: "Workspace", name: str) -> None:
+    """Say what there is now, and what to do with it."""
+    from rich.text import Text
+
     domain = made.kg.domain
     folder = home.root / "kg" / name
     out = console()

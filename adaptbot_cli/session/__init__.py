@@ -6,12 +6,13 @@ from adaptbot_cli.session.inspecting import check_pack
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.session.playing import check, check_request, replay
 from adaptbot_cli.session.resuming import content_of, cut_off, guarded, header_of, is_own
-from adaptbot_cli.session.starting import start
+from adaptbot_cli.session.starting import Started, start, take_over
 
 __all__ = [
     "Ports",
     "Request",
     "Session",
+    "Started",
     "build",
     "check",
     "check_pack",
@@ -26,4 +27,5 @@ __all__ = [
     "perform",
     "replay",
     "start",
+    "take_over",
 ]

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.workspace import Workspace
@@ -48,6 +49,30 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
         written[f"prompts/library/{name}/{path.name}"] = path.read_bytes()
     origin = f"like {like}" if like else "from the starting pack"
     message = f"domain: start {name} {origin}"
+    return Started(kg, create(workspace.root, written, workspace.own_files(), message))
+
+
+def take_over(
+    workspace: Workspace, domain: Path, problem: Path | None, name: str | None = None
+) -> Started:
+    """Write a domain of PDDL, with the things and the goal of a problem, into the workspace.
+
+    Raises:
+        UsageError: as `start`, or a file cannot be read.
+        KnowledgeError: a file is no PDDL, or has what a graph cannot hold.
+    """
+    from adaptbot_cli.adapters.pddl import packed
+    from adaptbot_cli.adapters.store.keeper import create
+    from adaptbot_cli.adapters.store.reading import load_kg
+    from adaptbot_cli.core.names import normal
+
+    called = name or normal(domain.stem)
+    _refuse(workspace, called)
+    pack = packed(domain, problem, called)
+    kg = load_kg(pack, f"kg/{called}")
+    written = {f"kg/{called}/{file}": data for file, data in pack.items()}
+    files = " and ".join(path.name for path in (domain, problem) if path)
+    message = f"domain: import {called} from {files}"
     return Started(kg, create(workspace.root, written, workspace.own_files(), message))
 
 

@@ -270,7 +270,11 @@ ACTION_ERRORS = [
 
 TASK_ERRORS = [
     ('rdfs:label "stool" ;', "", "entry task_stool: lacks rdfs:label; add it"),
-    ('ab:needs "board" ;', "", "entry task_stool: lacks ab:needs"),
+    (
+        'ab:needs "board" ;\n    ab:goal [',
+        "rdfs:seeAlso [",
+        "entry task_stool: says neither what it requires nor its goal",
+    ),
     ("ASK { w:board w:drilled true }", "ASK { w:board }", "entry task_stool: ab:ask is no valid"),
     ('ab:needs "board" ;', 'ab:need "board" ;', "task_stool: there is no ab:need; the nearest is"),
     ('"the board has no hole"', '"{board} has no hole"', "entry task_stool: the message"),

@@ -207,21 +207,15 @@ def _tasks(graph: Graph, kind: URIRef, notes: Notes) -> Iterator[tuple[str, Task
     for entry in entries(graph, "tasks.ttl", kind, notes):
         name, goals = entry.text(RDFS.label), _goals(entry, AB.goal)
         listed = kind == AB.Task
-        needs = _needs(entry) if listed else entry.texts(AB.needs)
+        needs = entry.texts(AB.needs)
+        if listed and not (needs or goals):
+            entry.note("says neither what it requires nor its goal", "add ab:needs or ab:goal")
         task = Task(name, needs, goals, listed, entry.node, name)
         for called in (name, *entry.texts(AB.alias)):
             other = owners.setdefault(normal(called), entry.entry)
             if other != entry.entry and called:
                 entry.note(f'its name "{called}" is that of {other} too', "change one")
             yield normal(called), task
-
-
-def _needs(entry: Entry) -> tuple[str, ...]:
-    needs = entry.texts(AB.needs)
-    if not needs:
-        problem = "lacks ab:needs, the items that the task requires"
-        entry.note(problem, "add at least one")
-    return needs
 
 
 def _constraints(graph: Graph, notes: Notes) -> Iterator[Constraint]:

@@ -1,0 +1,359 @@
+"""A domain in PDDL, the planning domain definition language, as a pack (STRIPS and ADL).
+
+Types become classes, predicates properties (of one thing: true; of two: a link between them; of
+none: true of the robot), actions what they are, with each conjunct of a precondition as a condition
+of its own. What PDDL does not say is false, and so it is here. A predicate that no action changes
+and that is said of one thing is an attribute: a person can be asked for it.
+"""
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rdflib import RDFS
+
+from adaptbot_cli.bounded import PLAN, read_bytes
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.errors import KnowledgeError, UsageError
+
+INSTALL = "pip install 'adaptbot-cli[pddl]'"
+
+_HEAD = """@prefix ab: <urn:adaptbot:> .
+@prefix ex: <http://example.org/> .
+@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .
+@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+
+"""
+
+
+_DOMAIN = """ab:{name} a ab:Domain ;
+    rdfs:label "{name}" ;
+    rdfs:comment "The PDDL domain {source}." ;
+    ab:namespace "http://example.org/" ;
+    ab:agent ex:the_robot ;
+    ab:wordField "noun.artifact", "noun.object", "noun.food" ;
+    ab:verbField "verb.contact", "verb.possession", "verb.change", "verb.motion" ;
+    ab:filler "a", "an", "the", "please" .
+
+ex:type_robot a rdfs:Class ; rdfs:label "robot" .
+
+ex:type_anything a rdfs:Class ; rdfs:label "thing" .
+
+ex:name a rdf:Property ; rdfs:label "name" ; ab:graph ab:attribute ;
+    rdfs:domain ex:type_anything ; rdfs:range xsd:string ; ab:functional true .
+
+"""
+
+
+def packed(domain: Path, problem: Path | None, name: str) -> dict[str, bytes]:
+    """Return the files of a pack for a PDDL domain, and for the things and goal of a problem.
+
+    Raises:
+        UsageError: no parser is installed, or a file cannot be read.
+        KnowledgeError: a file is no PDDL, or has what a graph of facts about two things cannot
+            hold: numbers, durations, predicates of more than two things.
+    """
+    try:
+        from unified_planning.io import PDDLReader
+    except ImportError:
+        raise UsageError(f"reading PDDL needs a parser: {INSTALL}") from None
+    texts = [_text(path) for path in (domain, problem) if path]
+    told = " and ".join(str(path) for path in (domain, problem) if path)
+    try:
+        read = PDDLReader().parse_problem_string(*texts)
+    except Exception as error:  # its grammar's, and its own checks of types, of many kinds
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise KnowledgeError(f"{told} is no PDDL that can be read: {reason}") from None
+    return _Pack(name, domain.stem, read, problem.stem if problem else "").files()
+
+
+def _text(path: Path) -> str:
+    """Read a file within its bounds. Raises UsageError, KnowledgeError."""
+    text = read_bytes(path, PLAN, UsageError).decode("utf-8", "replace")
+    depth = itertools.accumulate(1 if c == "(" else -1 if c == ")" else 0 for c in text)
+    if max(depth, default=0) > 100:
+        raise KnowledgeError(f"{path} is nested more than 100 deep: so deep a file is not read")
+    return text
+
+
+@dataclass
+class _Pack:
+    """What a domain, and a problem of it, become."""
+
+    name: str
+    source: str
+    read: Any
+    problem: str
+    changed: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        read = self.read
+        costs = {f.name for f in read.fluents if f.type.is_int_type() or f.type.is_real_type()}
+        refused = [f"the number {name}" for name in sorted(costs - {"total-cost"})]
+        refused += [
+            f"{fluent.name}, which is said of {len(fluent.signature)} things"
+            for fluent in read.fluents
+            if len(fluent.signature) > 2
+        ]
+        refused += [f"the durative action {a.name}" for a in read.actions if hasattr(a, "duration")]
+        if refused:
+            raise KnowledgeError(
+                f"{self.source} has {', '.join(refused)}: a graph of facts about two things cannot "
+                "hold that. Rewrite it without."
+            )
+        effects = (effect for action in read.actions for effect in action.effects)
+        self.changed = {effect.fluent.fluent().name for effect in effects}
+
+    def files(self) -> dict[str, bytes]:
+        """The five files."""
+        texts = {
+            "domain.ttl": "".join(self._domain()),
+            "actions.ttl": "".join(map(self._action, self.read.actions)),
+            "tasks.ttl": self._task() if self.problem else "",
+            "attributes.ttl": "".join(self._attributes()),
+            "state.ttl": "".join(self._state()),
+        }
+        return {file: (_HEAD + text).encode() for file, text in texts.items()}
+
+    # what there can be ------------------------------------------------------------------------
+
+    def _fluents(self) -> list[Any]:
+        return sorted((f for f in self.read.fluents if f.type.is_bool_type()), key=str)
+
+    def _domain(self) -> Iterator[str]:
+        yield _DOMAIN.format(name=self.name, source=self.source)
+        for order, kind in enumerate(self.read.user_types, start=1):
+            above = _type(kind.father) if kind.father else "ex:type_anything"
+            yield (
+                f"{_type(kind)} a rdfs:Class ; rdfs:subClassOf {above} ;\n"
+                f'    rdfs:label "{normal(kind.name)}" ; ab:nameProperty ex:name ;\n'
+                f"    ab:kindOrder {order} ; ab:prompted true .\n\n"
+            )
+        for fluent in self._fluents():
+            kinds = [_type(parameter.type) for parameter in fluent.signature]
+            graph = "attribute" if self._lasts(fluent) else "state"
+            told = normal(fluent.name).replace("_", " ")
+            lines = [
+                f'{_predicate(fluent)} a rdf:Property ; rdfs:label "{told}" ;',
+                f"    ab:graph ab:{graph} ; rdfs:domain {(kinds or ['ex:type_robot'])[0]} ; "
+                f"rdfs:range {kinds[1] if len(kinds) > 1 else 'xsd:boolean'}",
+            ]
+            lines[1] += f' ; ab:functional true ; ab:stateWord "{told}"' if len(kinds) < 2 else ""
+            if graph == "attribute":
+                lines[1] += f' ; ab:question "Is it true of {{name}}: {told}?"'
+            yield "\n".join(lines) + " .\n\n"
+
+    def _lasts(self, fluent: Any) -> bool:
+        """Whether a predicate is of one thing, for ever: an attribute, which can be asked for."""
+        return len(fluent.signature) == 1 and fluent.name not in self.changed
+
+    # what can be done -------------------------------------------------------------------------
+
+    def _action(self, action: Any) -> str:
+        names = _Names(action.parameters)
+        name = normal(action.name)
+        parameters = " ".join(
+            f'[ ab:name "{names[p.name]}" ; ab:class {_type(p.type)} ]' for p in action.parameters
+        )
+        parts = [
+            f'ex:do_{name} a ab:Action ;\n    rdfs:label "{name}"',
+            f'    ab:explain "{name.replace("_", " ")}"',
+            f"    ab:parameters ( {parameters} )",
+        ]
+        parts += [f"    ab:requires\n{wanted}"] if (
+            wanted := self._conditions(action.preconditions, names, "{{{}}}".format)
+        ) else []  # fmt: skip
+        parts.append(f'    ab:effect """\n{self._effect(action, names)}"""')
+        return " ;\n".join(parts) + " .\n\n"
+
+    def _conditions(
+        self, formulas: Iterable[Any], names: "_Names", shown: Callable[[str], str]
+    ) -> str:
+        """Each conjunct as a condition with a sentence, which names parameters as `shown` does."""
+        found = []
+        for order, formula in enumerate(_conjuncts(formulas), start=1):
+            what = f'ab:ask "{_ask(formula, names)}"'
+            if formula.is_fluent_exp() and self._lasts(formula.fluent()):
+                (term,) = formula.args
+                if term.is_parameter_exp():  # what nobody has said of it becomes a question
+                    of, prop = names[term.parameter().name], _predicate(formula.fluent())
+                    what = f'ab:of "{of}" ; ab:attribute {prop} ; ab:value true'
+            told = _told(formula.args[0] if formula.is_not() else formula, names, shown)
+            told += " must not hold" if formula.is_not() else " must hold"
+            found.append(f'        [ ab:order {order} ; {what} ;\n          ab:message "{told}" ]')
+        return " ,\n".join(found)
+
+    def _effect(self, action: Any, names: "_Names") -> str:
+        """An effect as an update: what holds only for some is bound in a branch of its own."""
+        changes: dict[bool, list[str]] = {False: [], True: []}
+        branches = ["{ }"]
+        for number, effect in enumerate(action.effects):
+            if effect.is_increase():
+                continue  # of the total cost: other numbers were refused
+            scope, value = names.within(effect.forall), ""
+            if effect.forall or effect.is_conditional():
+                value = f"?value_{number}"
+                last = scope.term(effect.fluent.args[1]) if len(effect.fluent.args) > 1 else "true"
+                only = f"FILTER({_expression(effect.condition, scope)})"
+                every = _every(effect.forall, scope)
+                branches.append(f"{{ {every} {only} BIND({last} AS {value}) }}")
+            changes[effect.value.is_true()].append(_atom(effect.fluent, scope, value))
+        removed, added = (" ".join(dict.fromkeys(changes[held])) for held in (False, True))
+        where = " UNION ".join(branches)
+        lines = (f"DELETE {{ {removed} }}", f"INSERT {{ {added} }}", f"WHERE {{ {where} }}")
+        return "\n".join(f"        {line}" for line in lines)
+
+    # what there is ----------------------------------------------------------------------------
+
+    def _facts(self) -> Iterator[Any]:
+        if self.problem:
+            for atom, value in self.read.explicit_initial_values.items():
+                if value.is_true():
+                    yield atom
+
+    def _attributes(self) -> Iterator[str]:
+        true = {str(atom) for atom in self._facts()}
+        for thing in sorted(self.read.all_objects, key=str):
+            lines = [f"{_thing(thing)} rdf:type {_type(thing.type)} ;",
+                     f'    ex:name "{normal(thing.name)}" ;']  # fmt: skip
+            for fluent in filter(self._lasts, self._fluents()):
+                if fluent.signature[0].type in [*_above(thing.type)]:
+                    told = str(str(fluent(thing)) in true).lower()
+                    lines.append(f"    {_predicate(fluent)} {told} ;")
+            yield "\n".join([*lines, ".\n\n"])
+        yield "ex:the_robot rdf:type ex:type_robot ;\n.\n"
+
+    def _state(self) -> Iterator[str]:
+        for atom in sorted(self._facts(), key=str):
+            if not self._lasts(atom.fluent()):
+                yield _atom(atom, _Names(())).replace("?agent", "ex:the_robot") + "\n"
+
+    def _task(self) -> str:
+        name = normal(self.read.name or self.problem)
+        goals = self._conditions(self.read.goals, _Names(()), str)
+        return (
+            f'ab:task_{name} a ab:Task ;\n    rdfs:label "{name.replace("_", " ")}" ;\n'
+            f"    ab:goal\n{goals} .\n"
+        )
+
+
+class _Names:
+    """The SPARQL variables of PDDL's parameters and variables."""
+
+    def __init__(self, variables: Iterable[Any], above: Mapping[str, str] | None = None) -> None:
+        self.known = dict(above or {})
+        for variable in variables:
+            name, taken = normal(variable.name), {*self.known.values(), "agent"}
+            free = (f"{name}{n}" if n else name for n in itertools.count())
+            self.known[variable.name] = next(n for n in free if n not in taken)
+
+    def __getitem__(self, name: str) -> str:
+        return self.known[name]
+
+    def term(self, term: Any) -> str:
+        if term.is_object_exp():
+            return _thing(term.object())
+        return f"?{self[(term.parameter() if term.is_parameter_exp() else term.variable()).name]}"
+
+    def within(self, variables: Iterable[Any]) -> "_Names":
+        return _Names(variables, self.known)
+
+
+def _conjuncts(formulas: Iterable[Any]) -> Iterator[Any]:
+    for formula in formulas:
+        if formula.is_and():
+            yield from _conjuncts(formula.args)
+        elif not formula.is_true():
+            yield formula
+
+
+def _ask(formula: Any, names: _Names) -> str:
+    if formula.is_fluent_exp():
+        return f"ASK {{ {_atom(formula, names)} }}"
+    return f"ASK {{ FILTER({_expression(formula, names)}) }}"
+
+
+def _expression(formula: Any, names: _Names) -> str:
+    """A formula as a SPARQL expression. Raises KnowledgeError."""
+    if formula.is_forall() or formula.is_exists():
+        inner = names.within(formula.variables())
+        held = _expression(formula.args[0], inner)
+        held = held if formula.is_exists() else f"(!{held})"
+        found = f"EXISTS {{ {_every(formula.variables(), inner)} FILTER({held}) }}"
+        return f"({found})" if formula.is_exists() else f"(!{found})"
+    if formula.is_equals():
+        return f"({' = '.join(map(names.term, formula.args))})"
+    if formula.is_fluent_exp():
+        return f"(EXISTS {{ {_atom(formula, names)} }})"
+    if formula.is_bool_constant():
+        return str(formula.is_true()).lower()
+    below = [_expression(part, names) for part in formula.args]
+    if formula.is_implies():
+        return f"((!{below[0]}) || {below[1]})"
+    if formula.is_not():
+        return f"(!{below[0]})"
+    if formula.is_and() or formula.is_or():
+        return "(" + (" && " if formula.is_and() else " || ").join(below) + ")"
+    raise KnowledgeError(f"{formula} is no condition that can be taken over")
+
+
+def _every(variables: Iterable[Any], names: _Names) -> str:
+    """A pattern that binds variables to all things of their types."""
+    return " ".join(f"?{names[v.name]} a/<{RDFS.subClassOf}>* {_type(v.type)} ." for v in variables)
+
+
+def _atom(atom: Any, names: _Names, value: str = "") -> str:
+    """A predicate as a triple; with a variable `value` in the place of its object."""
+    terms = [names.term(term) for term in atom.args]
+    subject = terms[0] if terms else "?agent"
+    return f"{subject} {_predicate(atom.fluent())} {value or (terms[1:] or ['true'])[0]} ."
+
+
+def _told(formula: Any, names: _Names, shown: Callable[[str], str]) -> str:
+    """A formula in words, its parameters as `shown` writes them."""
+
+    def term(part: Any) -> str:
+        named = names.term(part)
+        return shown(named[1:]) if named.startswith("?") and not part.is_variable_exp() else (
+            normal(named.removeprefix("ex:").removeprefix("?")).replace("_", " "))  # fmt: skip
+
+    def told(part: Any, inner: _Names = names) -> str:
+        return _told(part, inner, shown)
+
+    if formula.is_fluent_exp():
+        name = normal(formula.fluent().name).replace("_", " ")
+        return " ".join([name, *map(term, formula.args)])
+    if formula.is_exists() or formula.is_forall():
+        inner = names.within(formula.variables())
+        these = " and ".join(inner[v.name].replace("_", " ") for v in formula.variables())
+        which = "for every" if formula.is_forall() else "for some"
+        return f"({which} {these}: {told(formula.args[0], inner)})"
+    if formula.is_equals():
+        return f"{' is '.join(map(term, formula.args))}"
+    if formula.is_not():
+        return f"not ({told(formula.args[0])})"
+    if formula.is_implies():
+        return f"({told(formula.args[1])} if {told(formula.args[0])})"
+    word = " and " if formula.is_and() else " or "
+    return f"({word.join(map(told, formula.args))})"
+
+
+def _above(kind: Any) -> Iterator[Any]:
+    while kind is not None:
+        yield kind
+        kind = kind.father
+
+
+def _type(kind: Any) -> str:
+    return f"ex:type_{normal(kind.name)}"
+
+
+def _predicate(fluent: Any) -> str:
+    return f"ex:is_{normal(fluent.name)}"
+
+
+def _thing(thing: Any) -> str:
+    return f"ex:{normal(thing.name)}"

@@ -1,0 +1,5 @@
+(define (problem turn-the-tower)
+  (:domain blocks)
+  (:objects red green blue)
+  (:init (on red green) (ontable green) (ontable blue) (clear red) (clear blue) (handempty))
+  (:goal (and (on green red) (on red blue))))

@@ -1,0 +1,5 @@
+(define (problem two-balls)
+  (:domain gripper)
+  (:objects kitchen hall - room ball-1 ball-2 - ball left right - gripper)
+  (:init (at-robby kitchen) (free left) (free right) (at ball-1 kitchen) (at ball-2 kitchen))
+  (:goal (and (at ball-1 hall) (at ball-2 hall))))

@@ -1,0 +1,7 @@
+(define (problem wash-and-hang)
+  (:domain laundry)
+  (:objects shirt sock jumper - cloth machine - washer hamper - basket bathroom hall - place)
+  (:init (near hall) (hand-free) (stands machine bathroom) (stands hamper bathroom)
+         (in shirt hamper) (in sock hamper) (in jumper hamper) (woollen jumper) (dry-day))
+  (:goal (and (hung shirt) (not (wet shirt)) (not (held sock))
+              (forall (?w - washer) (not (running ?w))))))
