@@ -7,7 +7,7 @@ none keeps its place, and what a noun is, is for the checks to find out.
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.kg import Kg
@@ -45,12 +45,13 @@ _PHRASAL = {
     for words, word in (entry.split("=") for entry in _TABLE["phrase"])
 }
 _PARTICLES = _ADVERBS | _PREPOSITIONS
+_TOWARDS = frozenset({"to", "into", "onto"})
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
     r"|->|=>|>>|→|⇒|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
 )
 _ARROWS = frozenset({"->", "=>", ">>", "→", "⇒"})
-_ASIDE = re.compile(r"\s[–—]\s|[*_]*:[*_]*\s+")
+_ASIDE = re.compile(r"\s[–—-]\s|[*_]*:[*_]*\s+")
 _INVERTED = (
     (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
     (
@@ -160,6 +161,21 @@ class Vocabulary:
         joined = (known for known in sorted(self.names) if known.replace("_", "") == name)
         return next(joined, name)
 
+    def puts(self, verb: Verb, mark: str) -> str:
+        """Name the action that puts where `mark` says what `verb` fetches: "bring it to me"."""
+        taken = verb.action.visible[0].classes if verb.action.fetches else ()
+        actions = (v.action for found in self.verbs.values() for v in found)
+        return next(
+            (
+                action.name
+                for action in actions
+                if taken and mark in _TOWARDS and not action.fetches
+                and action.visible and action.visible[0].classes == taken
+                and any(mark in p.prepositions for p in action.visible[1:])
+            ),
+            "",
+        )  # fmt: skip
+
     def begins(self, phrase: str) -> bool:
         """Tell whether a phrase begins with a verb of the domain."""
         return any(self._begins(part) for part in _parts(phrase))
@@ -190,7 +206,25 @@ class Vocabulary:
         of the step before, which a pronoun stands for.
         """
         parts = _parts(phrase)
-        phrase = next((part for part in parts if self._begins(part)), parts[0])
+        steps = [part for part in parts if self._begins(part)] or parts[-1:]
+        found = self._read(steps[0], unknown, objects)
+        for part in steps[1:]:  # "Slice the onion: take the knife": the first is a heading then
+            heading, of = found, self._read(part, unknown, found[-1].objects if found else objects)
+            again = self._done(heading) & self._done(of)
+            found = of if again or not heading else [*heading, *of]
+        dropped = [part.strip() for part in parts[1:] if part not in steps]
+        if found and dropped:
+            told = ", ".join(filter(None, (found[-1].left_out, *dropped)))
+            found[-1] = replace(found[-1], left_out=told)
+        return found
+
+    def _done(self, clauses: Sequence[Clause]) -> set[str]:
+        """What clauses do, whatever they call it: the families of their actions."""
+        names = {call.action for clause in clauses for call in clause.calls}
+        verbs = (verb for found in self.verbs.values() for verb in found)
+        return {verb.action.family or verb.action.name for verb in verbs if verb.name in names}
+
+    def _read(self, phrase: str, unknown: bool, objects: Sequence[str]) -> list[Clause]:
         tokens = _tokens(_stripped(phrase))
         found: list[Clause] = []
         at = _skip(tokens, 0)
@@ -291,7 +325,7 @@ def _parts(phrase: str) -> list[str]:
     """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
     phrase = phrase[label_end(phrase) :]
     aside = _ASIDE.search(phrase)
-    return [phrase[aside.end() :], phrase[: aside.start()]] if aside else [phrase]
+    return [phrase[: aside.start()], phrase[aside.end() :]] if aside else [phrase]
 
 
 def _skip(tokens: Sequence[_Token], at: int) -> int:
@@ -389,6 +423,9 @@ class _ClauseReader:
             for n, (mark, nps) in enumerate(phrases):
                 if verb.rest == (mark,) and not nps:
                     del phrases[n]
+                    for again in [p for p in phrases[1:] if verb.rest == (p[0],)]:
+                        phrases[0][1].extend(again[1])  # "turn the lamp off and the radio off"
+                        phrases.remove(again)
                     return verb
                 if (
                     verb.rest == (mark,)
@@ -543,6 +580,7 @@ class _ClauseReader:
         """Yield the step, or one for each of several objects."""
         placed: dict[str, str] = {}
         others: list[str] = []
+        brought: list[Call] = []
         for mark, nps in phrases:
             if not mark or not nps:
                 continue
@@ -557,6 +595,9 @@ class _ClauseReader:
                 placed[at] = nps[0]
             elif not verb or not (objects or placed) or nps[0][:1].isdigit():
                 others += nps
+            elif objects and verb and (put := self._words.puts(verb, mark)):
+                objects += nps[1:]  # "bring the plate to the table, and the bowl"
+                brought += [keyworded(put, [("", np), ("", nps[0])]) for np in objects]
             elif objects:
                 objects[-1] += f" {said}"  # "the pan on the stove" is one thing
             else:
@@ -568,8 +609,9 @@ class _ClauseReader:
         if sum(not mark for mark, _ in phrases) > 1:
             yield keyworded(name, [*(("", np) for np in objects), *behind])
             return
-        for first in [[("", np)] for np in objects] or [list[tuple[str, str]]()]:
+        for n, first in enumerate([[("", np)] for np in objects] or [list[tuple[str, str]]()]):
             yield keyworded(name, [*first, *behind])
+            yield from brought[n : n + 1]
 
 
 def _is_manner(word: str) -> bool:
