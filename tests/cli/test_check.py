@@ -3,6 +3,8 @@
 import json
 import random
 
+import pytest
+
 from tests.cli.command import Home, mapped
 from tests.cli.shape import is_summary
 from tests.evaluation.shared import published
@@ -149,6 +151,27 @@ def test_another_graph_and_required_items(home: Home) -> None:
     unknown = {f["subject"] for f in told["findings"] if f["code"] == "E201"}
     assert unknown == {"salt", "flour"}  # required and not known here: to be asked about
     assert "--kg" not in ended.err and home.files() == {"home.ttl", "p"}
+
+
+GOAL = """
+@prefix ab: <urn:adaptbot:> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+ab:task_hold_it a ab:Task ; rdfs:label "{}" ;
+    ab:goal [ ab:ask "ASK {{ ex:egg ex:obj_location ex:robot_arm }}" ; ab:message "no egg is held" ] .
+"""
+
+
+@pytest.mark.parametrize("name", ["hold the egg", "make omelette"])
+def test_a_graph_brings_its_own_tasks(home: Home, name: str) -> None:
+    graph = home.write("home.ttl", HOME + GOAL.format(name))
+    plan = home.write("p", 'pick_up_obj("egg")\n')
+    asked = ("check", plan, "--json", "--task", name, "--kg", graph)
+    ended = home.adaptbot(*asked)
+    assert not any(f["code"] == "W606" for f in ended.json()["findings"])
+    assert "no egg is held" not in ended.out, ended.out
+    assert "no egg is held" in home.adaptbot("check", "-", *asked[2:], stdin=b"wait(1)").out
+    wrong = home.write("wrong.ttl", HOME + GOAL.format(name).replace("ASK {", "TELL {"))
+    refused = home.adaptbot(*asked[:-1], wrong)
+    assert refused.code == 4 and "entry task_hold_it" in refused.err
 
 
 def test_without_a_plan_stdin_is_named(home: Home) -> None:

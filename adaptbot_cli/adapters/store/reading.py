@@ -15,7 +15,7 @@ from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.lacking import lacking
-from adaptbot_cli.core.pack import Sources, examine_domain, read_domain
+from adaptbot_cli.core.pack import Sources, examine_domain, read_domain, with_tasks
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
 from adaptbot_cli.errors import KnowledgeError, PackError
 
@@ -30,7 +30,7 @@ def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | 
     """Build the graph of a domain from the bytes of its five files.
 
     With `instead`, the facts are these triples, split by the domain's properties, and not those
-    of the files.
+    of the files; tasks among them are known too.
 
     Raises:
         KnowledgeError: a file is missing or is no valid Turtle; the message names file and line.
@@ -38,7 +38,7 @@ def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | 
     """
     domain = load_domain(files, where)
     if instead is not None:
-        return Kg.load(domain, *split(instead, domain))
+        return Kg.load(with_tasks(domain, instead), *split(instead, domain))
     store = pyoxigraph.Store()
     for name, graph in FACT_FILES.items():
         _fill(store, files[name], f"{where}/{name}", graph)

@@ -1,7 +1,7 @@
 """Reads a domain pack's graphs into a `Domain`, noting the entry wherever it cannot."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 from rdflib import RDF, RDFS, Graph, URIRef
 
@@ -13,7 +13,7 @@ from adaptbot_cli.core.pack.noting import Notes
 from adaptbot_cli.core.pack.queries import query_of
 from adaptbot_cli.core.pack.vocabulary import check_terms, check_types
 from adaptbot_cli.core.plan import Constraint, Goal, Task
-from adaptbot_cli.core.terms import AB, local
+from adaptbot_cli.core.terms import AB, Triple, local
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +78,25 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
     )
     _check_effects(read, notes)
     return read, notes
+
+
+def with_tasks(domain: Domain, triples: Iterable[Triple]) -> Domain:
+    """Return a domain with the tasks of some triples, in the place of its own of the same names.
+
+    Their queries may use the prefixes ex: (the domain's namespace), ab:, rdf: and rdfs:.
+
+    Raises:
+        PackError: a task lacks something or does not make sense.
+    """
+    graph = Graph(bind_namespaces="none")
+    for prefix, space in (("ex", domain.namespace), ("ab", AB), ("rdf", RDF), ("rdfs", RDFS)):
+        graph.bind(prefix, str(space))
+    for triple in triples:
+        graph.add(triple)
+    notes = Notes()
+    names = {**domain.task_names, **dict(_tasks(graph, AB.Task, notes))}
+    notes.refuse()
+    return replace(domain, tasks=tuple(dict.fromkeys(names.values())), task_names=names)
 
 
 def _check_effects(domain: Domain, notes: Notes) -> None:
