@@ -204,6 +204,18 @@ def streams(*deltas: Mapping[str, Any]) -> Answer:
     return answer
 
 
+def whole(**message: Any) -> Answer:
+    """Answer with one completion, although a stream is asked for."""
+
+    def answer(to: Handler) -> None:
+        choice = {"index": 0, "message": {"role": "assistant", **message}, "finish_reason": "stop"}
+        told = {"id": "1", "object": "chat.completion", "created": 1, "model": "m",
+                "choices": [choice], "usage": USAGE}  # fmt: skip
+        to.give(200, told)
+
+    return answer
+
+
 def calls_tools(*calls: tuple[str, Mapping[str, Any]], index: int | None = None) -> Answer:
     """Answer with tool calls instead of text, their arguments in two pieces.
 

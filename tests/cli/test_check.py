@@ -156,7 +156,8 @@ def test_another_graph_and_required_items(home: Home) -> None:
 GOAL = """
 @prefix ab: <urn:adaptbot:> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
 ab:task_hold_it a ab:Task ; rdfs:label "{}" ;
-    ab:goal [ ab:ask "ASK {{ ex:egg ex:obj_location ex:robot_arm }}" ; ab:message "no egg is held" ] .
+    ab:goal [ ab:ask "ASK {{ ex:egg ex:obj_location ex:robot_arm }}" ;
+        ab:message "no egg is held" ] .
 """
 
 

@@ -1,7 +1,9 @@
 """litellm, imported late and kept quiet: one place for all that is asked of it."""
 
+import json
 import logging
 import os
+import re
 import threading
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +16,7 @@ import httpx
 from adaptbot_cli.adapters.planner.budget import Price, Spent
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
 from adaptbot_cli.adapters.planner.streaming import TooLong
+from adaptbot_cli.bounded import parse_json
 from adaptbot_cli.errors import ModelError
 
 _LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
@@ -24,6 +27,8 @@ protocol; what is left sends its key in a header that httpx takes away at a redi
 
 _MOST_BYTES = 16_000_000
 """An answer of `LONGEST` characters, each in an event of its own, has fewer."""
+
+_REFUSAL = re.compile(rb'"refusal":(?=\s*"[^"])')
 
 _NO_KEY = "none"
 """What is sent to a server of one's own where no key is set: the OpenAI client insists on one."""
@@ -65,26 +70,56 @@ def _handler(_proxies: tuple[tuple[str, str], ...]) -> Any:
 
 
 def _bound(response: Any) -> None:
-    response.stream = _Bounded(response.stream)
+    stream, response.stream = response.stream, _Bounded(response.stream)
+    headers = response.headers
+    streamed = re.search(rb'"stream":\s*true', getattr(response.request, "_content", b""))
+    plain = headers.get("content-type", "").startswith("application/json")
+    if streamed and plain and response.status_code == 200 and "content-encoding" not in headers:
+        headers["content-type"] = "text/event-stream"
+        response.stream = _AsEvents(stream)
 
 
 class _Bounded(httpx.SyncByteStream):
-    """The bytes of an answer, up to a limit."""
+    """The bytes of an answer, line by line, up to a limit; a refusal is the answer's content, for
+    litellm passes it over in a stream."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
 
     def __iter__(self) -> Iterator[bytes]:
-        left = _MOST_BYTES
+        left, begun = _MOST_BYTES, list[bytes]()
         for piece in self._stream:
             left -= len(piece)
             if left < 0:
                 raise TooLong
-            yield piece
+            lines, end, rest = piece.rpartition(b"\n")
+            if end:
+                yield _REFUSAL.sub(b'"content":', b"".join((*begun, lines, end)))
+                begun = []
+            begun.append(rest)
+        yield _REFUSAL.sub(b'"content":', b"".join(begun))
 
     def close(self) -> None:
         """Close the connection."""
         self._stream.close()
+
+
+class _AsEvents(_Bounded):
+    """The one event of an answer that came whole, although a stream was asked for."""
+
+    def __iter__(self) -> Iterator[bytes]:
+        whole = b"".join(super().__iter__())
+        try:
+            told = parse_json(whole, "an answer", ModelError)
+            for choice in told["choices"]:
+                message = choice["delta"] = choice.pop("message")
+                for index, call in enumerate(message.get("tool_calls") or ()):
+                    call["index"] = index
+        except (ModelError, LookupError, TypeError, AttributeError):
+            yield whole
+            return
+        told["object"] = "chat.completion.chunk"
+        yield b"data: " + json.dumps(told).encode() + b"\n\ndata: [DONE]\n\n"
 
 
 def load_early() -> None:

@@ -288,6 +288,21 @@ def test_calls_with_one_index_and_ids_of_their_own_are_several(ask: Ask) -> None
     ]
 
 
+def test_an_answer_that_comes_whole_is_read_as_if_it_were_streamed(ask: Ask) -> None:
+    got = ask(server.whole(content=PLAN))
+    assert got.text == PLAN
+    call = {"id": "a", "type": "function",
+            "function": {"name": "wait", "arguments": '{"time": 5}'}}  # fmt: skip
+    told = parse(ask(server.whole(content=None, tool_calls=[call])).text)
+    assert [written.call.render() for written in told.calls] == ["wait(time=5)"]
+
+
+def test_a_refusal_is_the_answers_text(ask: Ask) -> None:
+    pieces = ({"content": "", "refusal": None}, {"refusal": "I will not "}, {"refusal": "fry."})
+    assert ask(server.streams(*pieces)).text == "I will not fry."
+    assert ask(server.whole(content=None, refusal="I will not.")).text == "I will not."
+
+
 def test_an_answer_that_only_reasons_is_told_for_what_it_is(ask: Ask) -> None:
     assert "it only reasoned" in ask(server.streams({"reasoning_content": "The egg first."})).said
 
