@@ -176,6 +176,8 @@ def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) ->
     told = "; ".join(finding.message for finding in sound.findings)
     if not moved or any(finding.code not in _OF_MOVING for finding in sound.findings):
         return ""
+    if action.purpose and not action.fetches and moved & walk.left_there:
+        return f"{told}, so it stays where it is"
     why = f"{told}, and no later step moves it"
     for call in later:
         named = [bool(moved & set(scene.kg.find(arg))) for arg in call.args]
