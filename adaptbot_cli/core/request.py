@@ -31,6 +31,7 @@ _A_SLIP = 0.74
 
 _WORD = re.compile(r"w/o|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+]")
 _STOPS = frozenset(";.:!?")
+_BOUNDARIES = frozenset({"comma", "stop", "and", "or", "but"})
 _PARTICLES = frozenset({"on", "off", "up", "out", "away", "down"})
 _ENDS = frozenset({*_STOPS, ",", "and", "then", "please", "but", "with", "without"})
 
@@ -86,7 +87,7 @@ def told(task: Task) -> str:
     parts += [f"with {sentence_list(task.required, 12)}"] if task.required else []
     parts += [f"without {sentence_list(task.excluded, 12)}"] if task.excluded else []
     parts += [f"so that it is {rule.name}" for rule in task.rules if rule.diet]
-    parts += [f"to {task.place}"] if task.place else []
+    parts += [f"to {task.place}"] if task.place and task.place not in task.name else []
     return " ".join(part.replace("_", " ") for part in parts)
 
 
@@ -122,7 +123,7 @@ def understand(
         tuple(replace(task, unread=doubts, said=text.strip()) for task in tasks),
         unread,
         tuple(guesses),
-        " ".join(reader.refused),
+        "; ".join(" ".join(part.text for part in clause) for clause in reader.refused),
         tuple(sorted({task.name for _, task in vocabulary.names})) if doubts else (),
     )
 
@@ -262,6 +263,11 @@ class _Vocabulary:
     def domain(self) -> Domain:
         return self.kg.domain
 
+    @property
+    def cooks(self) -> bool:
+        """Whether tasks are named after what they make ("tea"), not after what is to be done."""
+        return bool(self.domain.products)
+
     def senses(self, word: str) -> tuple[Sense, ...]:
         return self.lexicon.senses(word)
 
@@ -335,7 +341,7 @@ class _Vocabulary:
         return next(iter(get_close_matches(written, named, 1, _A_SLIP)), near)
 
     def _near(self, word: str) -> str:
-        if len(word) < 3 or not word.isalpha():
+        if len(word) < 3 or not word.isalpha() or word in english.CONDITIONS:
             return ""
         known = {w for name in self.known_names for w in words(name)}
         known |= {w for name, _ in self.names for w in name}
@@ -344,6 +350,8 @@ class _Vocabulary:
         known |= {
             w for a in self.domain.actions.values() for n in (a.name, *a.aliases) for w in words(n)
         }
+        if word in known:
+            return ""
         likely = sorted(w for w in known if len(w) > 2 and abs(len(w) - len(word)) <= 3)
         for near in get_close_matches(word, likely, 3, _A_SLIP):
             if near[0] == word[0] or sorted(near) == sorted(word):
@@ -384,6 +392,7 @@ class _Vocabulary:
             ("allergy", english.ALLERGY), ("without", english.WITHOUT), ("with", english.WITH),
             ("and", english.AND), ("or", english.OR), ("but", english.BUT), ("to", english.TO),
             ("from", english.FROM), ("of", english.OF), ("for", english.FOR),
+            ("word", english.COURTESY),
         )  # fmt: skip
         best: _Part | None = None
         for role, phrases in tables:
@@ -421,7 +430,7 @@ class _Vocabulary:
             entities = self.kg.find(joined)
             group = self._numbered(joined) if not entities else ()
             ruled = self.rule_called(joined, strict=False)
-            act = self._action(joined)
+            act = self._action(joined) or (self._gerund(joined) if length == 1 else None)
             prop = self._state(joined) if length == 1 else ""
             if not (entities or group or ruled or act or prop):
                 continue
@@ -445,8 +454,9 @@ class _Vocabulary:
         best: tuple[Task | None, int, tuple[str, ...]] = (None, 0, ())
         rank = (0, False, False)
         for name, task in self.names:
-            if not name or not self.same(tokens[at], name[0]):
-                continue
+            verb = len(name) == 1 and name != (tokens[at],) and self._done(tokens[at])
+            if not name or verb or not self.same(tokens[at], name[0]):
+                continue  # to fry, and fried, are no fries
             ended = self._matches(tokens, at, name)
             found = (len(name), task.known, task.iri is not None)
             if ended and found > rank:
@@ -500,6 +510,25 @@ class _Vocabulary:
             if name in (action.name, action.verb) or name in action.aliases:
                 return action
         return None
+
+    def verb(self, part: _Part) -> Action | None:
+        """The action that a part names, by itself or with what it is done to."""
+        return part.action or (self._action(part.words[0]) if len(part.words) > 1 else None)
+
+    def object(self, part: _Part) -> Iterable[str]:
+        """The thing that a part names, or to which it says that something is done."""
+        behind = (w for w in part.words[1:] if w not in english.DETERMINERS)
+        found = self.kg.find("_".join(behind)) if not part.thing and self.verb(part) else ()
+        return filter(None, (part.thing, *map(self.kg.name, found[:1])))
+
+    def _gerund(self, word: str) -> Action | None:
+        """The action that a form in -ing is of: "frying"."""
+        bases = sorted(self.forms(word)) if word.endswith("ing") else []
+        return next(filter(None, map(self._action, bases)), None)
+
+    def _done(self, word: str) -> bool:
+        """Whether a word says what is done to a thing, or how it then is."""
+        return bool(self._action(word) or self._state(word)) and self.cooks
 
     def _state(self, word: str) -> str:
         states = (p for p in self.domain.properties.values() if word in p.state_words)
@@ -592,6 +621,11 @@ def _orders(parts: tuple[str, ...]) -> Iterable[tuple[str, ...]]:
 # ---------------------------------------------------------------------------------- the sentence
 
 
+def _empty(clause: Iterable[_Part]) -> bool:
+    """Whether a clause names nothing."""
+    return all(part.role == "word" for part in clause)
+
+
 @dataclass(slots=True)
 class _Draft:
     """A task as far as it has been read; without `task` it is what the words say themselves."""
@@ -630,7 +664,8 @@ class _Reader:
     rules: list[Constraint] = field(default_factory=list)
     excluded: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
-    refused: list[str] = field(default_factory=list)
+    refused: list[Sequence[_Part]] = field(default_factory=list)
+    barred_steps: list[tuple[str, str]] = field(default_factory=list)
     asked: bool = False
 
     @property
@@ -647,12 +682,16 @@ class _Reader:
     def _take(self, parts: Sequence[_Part], at: int) -> int:
         """Read one part; return how many parts that took."""
         part, after = parts[at], parts[at + 1 :]
-        if part.role in ("comma", "stop", "and", "or", "but"):
+        if part.role in _BOUNDARIES:
             self._boundary(part, parts, at)
             return 1
         if after and after[0].role == "allergen" and part.role in ("name", "unread", "measure"):
             self._exclude(part, strict=True)
             return 2
+        clause = list(takewhile(lambda p: p.role not in _BOUNDARIES, after))
+        leads = part.role in ("to", "from") and (clause or self.mode == "without")  # "put milk in"
+        if part.role in ("with", "to", "from") and not leads and _empty(clause):
+            self._miss(part.text)
         match part.role:
             case "without" | "allergy":
                 return self._negation(part, parts, at)
@@ -670,7 +709,7 @@ class _Reader:
             case "measure":
                 pass
             case "word":
-                self._word(part)
+                self._word(part, parts[at - 1] if at else None)
             case "allergen":
                 self._miss(part.text)
             case _:
@@ -683,20 +722,25 @@ class _Reader:
         self._flush()
         self.joined = True
         ends = part.role in ("stop", "but") or "then" in part.words
-        if ends or self.mode in ("to", "from", "for") or self._begins(parts[at + 1 :]):
+        after = parts[at + 1 :]
+        if ends or self.mode in ("to", "from", "for") or self._begins(after, part.role == "comma"):
             self.mode, self.strict = "main", False
         if part.role == "or" and self.mode != "without":
             around = [p.text for p in (*parts[max(at - 1, 0) : at], part, *parts[at + 1 : at + 2])]
             self._miss(" ".join(around))
 
-    def _begins(self, after: Sequence[_Part]) -> bool:
-        """Whether a new task begins here: by its verb, or by its name where nothing is excluded."""
+    def _begins(self, after: Sequence[_Part], comma: bool = False) -> bool:
+        """Whether a new task begins here: by its verb, or by its name where nothing is excluded.
+
+        After a comma it may be the only one, and what is excluded have come first: "no milk, tea".
+        """
         first = next((p for p in after if p.role not in ("word", "number", "measure")), None)
         verbs = [w for p in after[:1] for w in p.words if p.role == "word" and w in english.VERBS]
         if first is None or first.role != "name":
             return bool(verbs)
         verbal = first.task is not None and not first.thing and self._verbal(first)
-        if bool(verbs) or verbal or (first.task is not None and self.mode != "without"):
+        only = comma and not self.drafts and not any(p.task for p in after if p is not first)
+        if verbs or verbal or (first.task is not None and (only or self.mode != "without")):
             return True
         # "... and a ham sandwich": what ends in a dish is one
         phrase = takewhile(lambda p: p.role in ("name", "word", "number", "measure", "of"), after)
@@ -705,7 +749,7 @@ class _Reader:
 
     def _verbal(self, part: _Part) -> bool:
         """Whether a task's name begins with what is to be done."""
-        return not self.vocabulary.domain.products or part.action is not None
+        return not self.vocabulary.cooks or self.vocabulary.verb(part) is not None
 
     # what is excluded ------------------------------------------------------------------------
 
@@ -715,34 +759,59 @@ class _Reader:
         following = [p for p in parts[at + 1 :] if p.role != "word" or set(p.words) & verbs]
         first = following[0] if following else None
         verbal = bool(set(part.words) & english.VERBAL) or part.words == ("do", "not")
-        if verbal and (first is None or self._asks(first)):
+        steps = first is not None and first.action is not None and not self._uses(first)
+        if (verbal and (first is None or self._asks(first))) or (steps and self.vocabulary.cooks):
             return 1 + self._refuse(parts[at + 1 :])
+        if _empty(takewhile(lambda p: p.role not in _BOUNDARIES, parts[at + 1 :])):
+            self._miss(part.text)  # "tea without"
         self.mode, self.strict = "without", part.role == "allergy"
         self.joined = True
         return 1
 
     def _asks(self, part: _Part) -> bool:
         """Whether a part is a verb that asks for a task, so that "don't" takes it back."""
-        if part.role == "word":
-            return not set(part.words) & english.USES
+        if part.role == "word" or self._uses(part):
+            return not self._uses(part)
         verb = part.action is not None or (part.task is not None and self._verbal(part))
-        return (
-            part.role == "name"
-            and verb
-            and not (part.thing and not self.vocabulary.domain.products)
-        )
+        return part.role == "name" and verb and not (part.thing and not self.vocabulary.cooks)
+
+    def _uses(self, part: _Part) -> bool:
+        """Whether a part is a verb after which a negation rules out a thing, not the task."""
+        verb = part.role == "word" or (self.vocabulary.cooks and part.action is not None)
+        return verb and bool(set(part.words) & english.USES)
 
     def _refuse(self, parts: Sequence[_Part]) -> int:
-        """Pass over what is not to be done, to the end of its clause."""
+        """Take up what is not to be done, to the end of its clause."""
         taken = 0
         for n, part in enumerate(parts):
             if part.role in ("stop", "but") or "then" in part.words:
                 break
             if part.role in ("comma", "and") and self._begins(parts[n + 1 :]):
                 break
-            self.refused += part.words
             taken += 1
+        self.refused.append(parts[:taken])
         return taken
+
+    def _ruled_out(self, clause: Sequence[_Part]) -> None:
+        """Let what is not to be done hold for the tasks beside it: a step, a thing, another task.
+
+        A clause that says nothing of the kind has not been understood, nor has one that takes back
+        what is asked for.
+        """
+        names = [part for part in clause if part.role == "name"]
+        things = [n for part in names for n in (*self.vocabulary.object(part), *part.several)]
+        verbs = [self.vocabulary.verb(part) for part in names if not part.thing]
+        steps = [verb.name for verb in verbs if verb]
+        others = [part.task for part in names if part.task and not part.thing]
+        asked = [(draft.task, set(draft.things)) for draft in self.drafts]
+        again = any(task in others and things_ >= set(things) for task, things_ in asked)
+        for action in steps:
+            self.barred_steps += [(action, thing) for thing in things or ("",)]
+        if not steps and not again and not (self.vocabulary.cooks and others):
+            self.excluded += [n for n in things if n not in self.excluded]
+        strange = any(part.role == "unread" for part in clause)
+        if again or strange or not (things or steps or others):
+            self._miss(" ".join(("not", *(word for part in clause for word in part.words))))
 
     def _exclude(self, part: _Part, strict: bool) -> None:
         """Rule out what a part names: the thing, and the allergen of that name."""
@@ -781,21 +850,23 @@ class _Reader:
         return self.mode == "main" and not self.run and (self.joined or not self.drafts)
 
     def _without(self, part: _Part, after: Sequence[_Part]) -> None:
-        task = part.task is not None and not part.thing and not self._verbal(part)
+        task = part.task is not None and not self._verbal(part)
         if task and not self.drafts and not self.joined:
             self.mode = "main"
             self._begin(part)
         elif part.thing or part.several or part.rule or part.task:
             self._exclude(part, self.strict)
             self.joined = False
-        elif part.action or part.state:
+        elif (part.action or part.state) and not self._uses(part):
             self._miss(f"without {part.text}")
+        elif part.action or part.state:
+            pass  # "don't put milk in"
         else:
             self._unknown(part)
 
     def _is_task(self, part: _Part, after: Sequence[_Part]) -> bool:
         """Whether a name that begins here is that of a task, rather than a thing for one."""
-        if self.vocabulary.domain.products:
+        if self.vocabulary.cooks:
             thing_only = self.mode == "with" and part.thing
             follows = after[0] if after else None
             modifies = part.thing and follows is not None and follows.role == "name" and (
@@ -809,7 +880,7 @@ class _Reader:
 
     def _begin(self, part: _Part) -> None:
         """Begin a task, with the things before it that belong to it."""
-        cooks = bool(self.vocabulary.domain.products)
+        cooks = self.vocabulary.cooks
         before = [*self.pending, *self.run] if cooks else []
         if self.drafts and not self.joined and not before:
             last = self.drafts[-1]
@@ -828,6 +899,8 @@ class _Reader:
         if part.thing and cooks:
             draft.own = part.thing
             draft.things.append(part.thing)
+            draft.states += [(part.thing, self.state)] if self.state else []
+            self.state = ""
 
     def _modify(self, draft: _Draft, part: _Part) -> None:
         """Let what stands before a dish go into it, if it is a thing or could be one."""
@@ -852,7 +925,7 @@ class _Reader:
             if len(several) < self.number:
                 self._miss(f"{self.number} {part.text}")
         elif self.number > 1:
-            self._counted(part)
+            self._miss(f"{self.number} {part.text}")  # no plan counts its eggs
         self.number = 0
         if self.vessel and part.thing:
             part = replace(part, words=(*self.vessel.split("_"), "of", *part.words))
@@ -866,24 +939,14 @@ class _Reader:
         self.run.append(replace(part, several=several, state=self.state or "", task=None))
         self.state = ""
 
-    def _counted(self, part: _Part) -> None:
-        """A number of one thing: no plan counts its eggs."""
-        self._miss(f"{self.number} {part.text}")
-
     def _unknown(self, part: _Part) -> None:
         """Take up an unknown word; with the noun before it it is one name: "tomato sauce"."""
         last = self.run[-1] if self.run else None
-        if (
-            last is not None
-            and last.words
-            and (last.role == "unread" or self._compound(last, part))
-        ):
+        compound = last and last.thing and self.vocabulary.noun(part.text)
+        if last and last.words and (last.role == "unread" or compound):
             self.run[-1] = _Part("unread", (*last.words, *part.words))
         else:
             self.run.append(_Part("unread", part.words))
-
-    def _compound(self, last: _Part, part: _Part) -> bool:
-        return bool(last.thing) and self.vocabulary.noun(part.text)
 
     # prepositions and the rest ------------------------------------------------------------------
 
@@ -902,7 +965,7 @@ class _Reader:
     def _placed(self, part: _Part) -> None:
         """A name behind a preposition: where something goes, comes from, or what it is for."""
         draft = self.current
-        if part.task is not None and (not part.thing or not self.drafts) and self._cooks():
+        if part.task is not None and (not part.thing or not self.drafts) and self.vocabulary.cooks:
             self.mode, self.joined = "main", True
             self._begin(part)
             return
@@ -921,9 +984,6 @@ class _Reader:
             draft.place = name
             draft.words += ("to", *part.words)
         self.number = 0
-
-    def _cooks(self) -> bool:
-        return bool(self.vocabulary.domain.products)
 
     def _kept_in(self, place: str) -> bool:
         """Whether every thing named so far is where it is to be taken from."""
@@ -946,7 +1006,7 @@ class _Reader:
         """A vessel of something: "a glass of water"."""
         last = self.run[-1] if self.run else None
         follows = next((p for p in after if p.role != "word"), None)
-        dish = follows is not None and follows.task is not None and self.vocabulary.domain.products
+        dish = follows is not None and follows.task is not None and self.vocabulary.cooks
         if last is None or not last.thing:
             return
         if set(last.words) & english.MEASURES and (dish or self.mode == "with"):
@@ -963,21 +1023,25 @@ class _Reader:
                 self.number = part.number
             return
         follows = next((p for p in after if p.role not in ("word", "of")), None)
-        if follows is not None and follows.role in ("name", "measure"):
+        if follows is not None and set(follows.words) & english.UNITS:
+            self._miss(f"{part.text} {follows.text}")
+        elif follows is not None and follows.role in ("name", "measure"):
             self.number = 0 if part.words == ("one",) or part.number == 1 else part.number
         elif part.number != 1 or part.words == ("1",):
             self._unknown(_Part("unread", part.words))
 
-    def _word(self, part: _Part) -> None:
+    def _word(self, part: _Part, before: _Part | None) -> None:
         word = part.words[0]
-        ordinary = word in english.GRAMMAR or word in english.VERBS
+        verb = word in english.VERBS
+        like = verb and before is not None and before.role == "name"  # "tea like my grandma's"
+        ordinary = word in english.GRAMMAR or verb or len(part.words) > 1
         belongs = word in self.vocabulary.domain.fillers or self.mode == "for"
         belongs = belongs or (word in english.PEOPLE and self.mode != "to")
-        if (not ordinary and not belongs) or (self.mode == "with" and word in english.VERBS):
+        if (not ordinary and not belongs) or like or (self.mode == "with" and verb):
             self._miss(part.text)
-        if word in english.VERBS or word in self.vocabulary.domain.fillers:
+        if verb or word in self.vocabulary.domain.fillers:
             self.asked = self.asked or word not in english.GRAMMAR
-        if self.mode == "without" and word in english.VERBS and word not in english.USES:
+        if self.mode == "without" and verb and word not in english.USES:
             self.mode = "main"
 
     def _flush(self) -> None:
@@ -1005,7 +1069,7 @@ class _Reader:
 
     def _waits(self) -> bool:
         """Whether things may belong to a dish that is still to be named."""
-        return bool(self.vocabulary.domain.products) and self.joined
+        return self.vocabulary.cooks and self.joined
 
     def _add(self, part: _Part) -> None:
         """Let a thing go into the current task; an unknown one only if it could be one."""
@@ -1014,7 +1078,7 @@ class _Reader:
             self.pending.append(part)
             return
         name = part.text.replace(" ", "_")
-        behind = self.mode == "with" or not self.vocabulary.domain.products
+        behind = self.mode == "with" or not self.vocabulary.cooks
         if part.thing or part.several:
             found = [part.thing] if part.thing else list(part.several)
             draft.things += found
@@ -1042,6 +1106,12 @@ class _Reader:
 
     def _end(self) -> None:
         self._flush()
+        self._settle()
+        for clause in self.refused if self.drafts else ():
+            self._ruled_out(clause)
+
+    def _settle(self) -> None:
+        """Let what still waits for a task go into the last one, or be one."""
         left, self.pending = self.pending, []
         if not left:
             return
@@ -1087,6 +1157,7 @@ class _Reader:
             place=place,
             inside=tuple(draft.inside),
             states=tuple(self._states(draft)),
+            refused=tuple(self.barred_steps),
         )
         if task is not None and task.iri is not None:
             needed = [n for n in task.required if not any(self._serves(t, n) for t in things)]
