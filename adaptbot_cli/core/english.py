@@ -18,7 +18,7 @@ GRAMMAR = DETERMINERS | _words("""
     we'll you'd it's that's let's there there's here is are am be 's 'd 'm
     so as well can could would will shall should may might must do does d ll ve s m re too
     who which please pls plz kindly thanks thank cheers hi hello hey dear ok okay sir
-    madam robot adaptbot just only now right away today tonight quickly quick soon asap fast
+    madam robot adaptbot just now right away today tonight quickly quick soon asap fast
     ready done simply really very much maybe perhaps also first finally afterwards next again
     whole bit little lot lots plenty more enough extra such kind sort type everyone
     everybody anything something nice good great tasty delicious fine lovely favourite
@@ -28,12 +28,20 @@ GRAMMAR = DETERMINERS | _words("""
 
 COURTESY = (
     *(("how", "about"), ("what", "about"), ("go", "ahead"), ("i", "wonder", "if")),
-    *(("i'm", "wondering", "if"), ("i", "was", "wondering", "if")),
+    *(("i'm", "wondering", "if"), ("i", "was", "wondering", "if"), ("feel", "like")),
+    *(("could", "do", "with"), ("in", "the", "mood", "for"), ("any", "chance", "of")),
+    *(("trouble", "you", "for"), ("whip", "up"), ("rustle", "up"), ("knock", "up")),
 )
-"""Phrases that only ask politely, though their words do not by themselves."""
+"""Phrases that only ask, though their words do not by themselves."""
+
+IT = _words("it them")
+"""Pronouns for what has just been named."""
+
+MORE = _words("extra plenty lots more some just")
+"""Words before what is wanted after all: "no tomato, extra cheese"."""
 
 CONDITIONS = _words("""
-    if unless until while when whenever before after during since each every another other how
+    only if unless until while when whenever before after during since each every another other how
     what why where whose was were been being did had under over above below between against
     tomorrow yesterday later almost less least fewer half easy cold hot raw
 """)
@@ -58,6 +66,7 @@ WITH = (
     *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
     *(("plus",), ("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
     *(("filled", "with"), ("out", "of"), ("along", "with"), ("together", "with")),
+    *(("don't", "forget"), ("dont", "forget"), ("do", "not", "forget")),
 )
 """What leads to something that goes in."""
 
@@ -71,16 +80,8 @@ WITHOUT = (
     *(("instead", "of"), ("rather", "than"), ("in", "place", "of"), ("free", "of")),
     *(("free", "from"), ("hate",), ("hates",), ("dislike",), ("dislikes",), ("replace",)),
     *(("anything", "but"), ("everything", "but"), ("all", "but")),
-    *(
-        ("zero",),
-        ("0",),
-        ("replacing",),
-        ("swap",),
-        ("substitute",),
-        ("ban",),
-        ("lacking",),
-        ("sans",),
-    ),
+    *(("replacing",), ("swap",), ("substitute",), ("ban",), ("lacking",), ("sans",)),
+    *(("made", "without"), ("zero",), ("0",)),
 )
 """What leads to something that must not go in."""
 

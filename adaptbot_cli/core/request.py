@@ -483,9 +483,14 @@ class _Vocabulary:
         there."""
         for n, wanted in enumerate(name):
             while (
-                n and at < len(tokens) and (tokens[at] in english.DETERMINERS or _count(tokens[at]))
+                n
+                and at < len(tokens)
+                and (
+                    tokens[at] in english.DETERMINERS
+                    or (_count(tokens[at]) and (wanted,) not in (*english.TO, *english.OF))
+                )
             ):
-                at += 1
+                at += 1  # "two toys", and not the toy 2 of "toy 2 in the box"
             if at >= len(tokens) or not self.same(tokens[at], wanted):
                 return 0
             at += 1
@@ -725,6 +730,8 @@ class _Reader:
         after = parts[at + 1 :]
         if ends or self.mode in ("to", "from", "for") or self._begins(after, part.role == "comma"):
             self.mode, self.strict = "main", False
+        elif after and set(after[0].words) & english.MORE and self.mode == "without":
+            self.mode, self.strict = "with" if self.drafts else "main", False
         if part.role == "or" and self.mode != "without":
             around = [p.text for p in (*parts[max(at - 1, 0) : at], part, *parts[at + 1 : at + 2])]
             self._miss(" ".join(around))
@@ -810,7 +817,7 @@ class _Reader:
         if not steps and not again and not (self.vocabulary.cooks and others):
             self.excluded += [n for n in things if n not in self.excluded]
         strange = any(part.role == "unread" for part in clause)
-        if again or strange or not (things or steps or others):
+        if again or strange or not (things or steps or (others and self.vocabulary.cooks)):
             self._miss(" ".join(("not", *(word for part in clause for word in part.words))))
 
     def _exclude(self, part: _Part, strict: bool) -> None:
@@ -851,9 +858,10 @@ class _Reader:
 
     def _without(self, part: _Part, after: Sequence[_Part]) -> None:
         task = part.task is not None and not self._verbal(part)
-        if task and not self.drafts and not self.joined:
+        of_dish = part.thing and after and after[0].task  # "no nuts banana smoothie"
+        if (task or of_dish) and not self.drafts and not self.joined:
             self.mode = "main"
-            self._begin(part)
+            self._thing(part, after) if of_dish else self._begin(part)
         elif part.thing or part.several or part.rule or part.task:
             self._exclude(part, self.strict)
             self.joined = False
@@ -875,8 +883,9 @@ class _Reader:
         if not part.thing:
             return True
         follows = next((p for p in after if p.role != "word"), None)
-        object_ = follows is not None and (follows.thing or follows.several) and len(part.words) < 2
-        return self.current is None or (self.joined and bool(object_))
+        object_ = follows is not None and (follows.thing or follows.several)
+        object_ = object_ or (bool(after) and bool(set(after[0].words) & english.IT))
+        return self.current is None or (self.joined and bool(object_) and len(part.words) < 2)
 
     def _begin(self, part: _Part) -> None:
         """Begin a task, with the things before it that belong to it."""
@@ -941,6 +950,9 @@ class _Reader:
 
     def _unknown(self, part: _Part) -> None:
         """Take up an unknown word; with the noun before it it is one name: "tomato sauce"."""
+        if set(part.words) & english.CONDITIONS:
+            self._miss(part.text)
+            return
         last = self.run[-1] if self.run else None
         compound = last and last.thing and self.vocabulary.noun(part.text)
         if last and last.words and (last.role == "unread" or compound):
@@ -1037,7 +1049,11 @@ class _Reader:
         ordinary = word in english.GRAMMAR or verb or len(part.words) > 1
         belongs = word in self.vocabulary.domain.fillers or self.mode == "for"
         belongs = belongs or (word in english.PEOPLE and self.mode != "to")
-        if (not ordinary and not belongs) or like or (self.mode == "with" and verb):
+        if (
+            (not ordinary and not belongs)
+            or like
+            or (self.mode == "with" and (verb or word == "just"))
+        ):
             self._miss(part.text)
         if verb or word in self.vocabulary.domain.fillers:
             self.asked = self.asked or word not in english.GRAMMAR
@@ -1107,8 +1123,22 @@ class _Reader:
     def _end(self) -> None:
         self._flush()
         self._settle()
+        self._share()
         for clause in self.refused if self.drafts else ():
             self._ruled_out(clause)
+
+    def _share(self) -> None:
+        """Let a bare verb be about what the verb beside it is: "wash and fold the towels"."""
+        for n, draft in enumerate(self.drafts):
+            about = draft.things or draft.place or draft.task is None or draft.task.known
+            if self.vocabulary.cooks or about or set(draft.words[1:]) - _PARTICLES:
+                continue
+            for other in (*self.drafts[n + 1 : n + 2], *self.drafts[max(n - 1, 0) : n]):
+                needs = other.task.required if other.task else ()
+                named = [name for name in needs if set(words(name)) <= set(other.words)]
+                draft.things = draft.things or other.things or named
+            if not draft.things:
+                self._miss(f"what to {' '.join(draft.words)}")
 
     def _settle(self) -> None:
         """Let what still waits for a task go into the last one, or be one."""
