@@ -179,10 +179,10 @@ class Goal:
     """A condition on the state after the plan.
 
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
-    `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
-    of the things with which missing steps may bring it about, likeliest first; `helped_by` is such
-    a SELECT for steps that are only suggested; `before` are the
-    actions before which it should be brought about, by IRI; `source` is the query as its author
+    `classes` the ASK is asked of each required item of those classes, as ?item: of `items` only, if
+    there are any. `about` is a SELECT of the things with which missing steps may bring it about,
+    likeliest first; `helped_by` is such a SELECT for steps that are only suggested; `before` are
+    the actions before which it should be brought about, by IRI; `source` is the query as its author
     wrote it. A goal with `places` is about a ?place: where the request says, else any of these.
     """
 
@@ -194,6 +194,7 @@ class Goal:
     source: str = ""
     helped_by: str = ""
     places: str = ""
+    items: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
