@@ -19,7 +19,7 @@ GRAMMAR = DETERMINERS | _words("""
     so as well can could would will shall should may might must do does d ll ve s m re too
     who which please pls plz kindly thanks thank cheers hi hello hey dear ok okay sir
     madam robot adaptbot just now right away today tonight quickly quick soon asap fast
-    ready done simply really very much maybe perhaps also first finally afterwards next again
+    ready simply really very much maybe perhaps also first finally afterwards next again
     whole bit little lot lots plenty more enough extra such kind sort type everyone
     everybody anything something nice good great tasty delicious fine lovely favourite
     favorite own one's mind possible lets hungry thirsty
@@ -33,6 +33,9 @@ COURTESY = (
     *(("trouble", "you", "for"), ("whip", "up"), ("rustle", "up"), ("knock", "up")),
 )
 """Phrases that only ask, though their words do not by themselves."""
+
+QUESTIONS = _words("is are does has")
+"""Words that make a question of a request where they begin it."""
 
 IT = _words("it them")
 """Pronouns for what has just been named."""

@@ -7,11 +7,10 @@ be made is best judged so.
 from collections.abc import Iterator
 from dataclasses import replace
 
-from rdflib import URIRef
-
+from adaptbot_cli.core.clauses import concerns
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.plan import Goal, Task
+from adaptbot_cli.core.plan import Goal
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions, ruled_out
 
@@ -21,7 +20,7 @@ def weak(kg: Kg) -> Iterator[str]:
     classes = {task.iri: task for task in kg.domain.task_classes.values()}
     own = kg.under(replace(kg.domain, goals=()))
     for task in (*kg.domain.tasks, *classes.values()):
-        goals = [goal for goal in task.goals if _concerns(goal, task, kg)]
+        goals = [goal for goal in task.goals if concerns(goal, task.required, kg)]
         if not goals:
             continue
         where = f"tasks.ttl, entry {task.name}"
@@ -35,13 +34,6 @@ def weak(kg: Kg) -> Iterator[str]:
                 f'{where}: its goal ("{goals[0].message}" otherwise) is about no item; '
                 "name the item in ab:ask, or ask for each ?item of ab:needs with ab:class"
             )
-
-
-def _concerns(goal: Goal, task: Task, kg: Kg) -> bool:
-    """Whether a goal is asked at all: of the world, or of one of the items that a task needs."""
-    classes = [URIRef(iri) for iri in goal.classes]
-    things = (entity for name in task.required for entity in kg.find(name)[:1])
-    return not classes or any(kg.is_a(entity, classes) for entity in things)
 
 
 def _names_a_thing(goal: Goal, kg: Kg) -> bool:
