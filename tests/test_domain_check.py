@@ -421,6 +421,29 @@ def test_what_a_task_names_and_the_home_lacks_is_a_hint(
     assert FORM.fullmatch(hint) and LACKS[change] in hint and "the nearest there is " in hint
 
 
+WEAK = {
+    "its goal holds here before": ("ex:vase ex:wrapped false", "ex:vase ex:lies_in ex:shelf"),
+    '("the vase is not wrapped" otherwise) is about no item': (
+        "?any ex:wrapped true",
+        "?any ex:lies_in ?place . ?place ex:wrapped true",
+    ),
+}
+
+
+@pytest.mark.parametrize("told", WEAK)
+def test_a_goal_that_says_too_little_is_a_hint(told: str, check: Check, tmp_path: Path) -> None:
+    wrapped, packed = WEAK[told]
+    first = ("tasks.ttl", "ex:vase ex:wrapped true", wrapped)
+    assert check(first, ("tasks.ttl", "ex:vase ex:lies_in ex:crate", packed)) == []
+    [hint] = session.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
+    assert FORM.fullmatch(hint) and "entry pack the vase: " in hint and told in hint
+
+
+def test_one_goal_that_says_enough_is_enough(check: Check, tmp_path: Path) -> None:
+    assert check(("tasks.ttl", "ex:vase ex:wrapped true", "?any ex:wrapped true")) == []
+    assert session.check_pack(Workspace(tmp_path / "robot"), "starting")[2] == []
+
+
 DELIBERATE = [
     "ASK { ?agent ex:holds ?thing . FILTER NOT EXISTS { ?thing2 ex:lies_in ?place } }",
     "ASK { ?agent ex:holds ?thing . FILTER NOT EXISTS { ?other_thing ex:lies_in ?place } }",

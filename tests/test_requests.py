@@ -152,6 +152,25 @@ def test_an_excluded_item_of_a_written_plan_blocks() -> None:
     assert "E505" not in {f.code for f in findings(check(plan, plain, kg))}
 
 
+@pytest.mark.parametrize(
+    ("text", "step"),
+    [
+        ("tomato soup but don't boil it", "boil"),
+        ("salad, don't slice the tomato", "slice"),
+        ("egg sandwich but don't fry the egg", "fry"),
+    ],
+)
+def test_a_step_that_is_refused_is_named(text: str, step: str) -> None:
+    result = run("kitchen", text)
+    assert result.verdict == "findings"
+    assert {f.subject for f in findings(result) if f.code == "E505"} == {step}
+
+
+def test_an_item_of_a_named_dish_is_in_it() -> None:
+    assert {"rice"} <= used(run("kitchen", "rice salad"))
+    assert {"macaroni"} <= used(run("kitchen", "pasta salad"))
+
+
 def test_what_is_not_known_to_be_safe_is_asked_and_not_used() -> None:
     person = Confirming("later")
     result = run("kitchen", "gluten-free ham sandwich", person)

@@ -122,7 +122,8 @@ def check_domain(
 ) -> int:
     """Check a domain's files: whether they can be read and make sense together; 3 if not.
 
-    What tasks need and this home lacks is no fault, and told with "!".
+    What tasks need and this home lacks is no fault, and told with "!", as are goals that say too
+    little.
     """
     from rich.text import Text
 

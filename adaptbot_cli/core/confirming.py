@@ -64,6 +64,7 @@ def _instead(reading: Reading, other: Reading) -> Reading:
                 "excluded": tuple(dict.fromkeys((*old.excluded, *task.excluded))),
                 "barred": old.barred | task.barred,
                 "rules": tuple(dict.fromkeys((*old.rules, *task.rules))),
+                "refused": tuple(dict.fromkeys((*old.refused, *task.refused))),
                 "amount": max(old.amount, task.amount),
             }
             kept = tuple(name for name in task.required if normal(name) not in old.barred)

@@ -2,7 +2,7 @@
 
 What is not listed here, in the domain pack, in the home or in the plan library is a word that has
 not been understood. So words that change what is meant ("under", "tomorrow", "if", "until") are
-deliberately absent, and so are adjectives: nothing here could see to it that tea is strong.
+left unread, and so are adjectives: nothing here could see to it that tea is strong.
 """
 
 
@@ -15,16 +15,40 @@ DETERMINERS = _words("a an the some any my our your his her their this that thes
 
 GRAMMAR = DETERMINERS | _words("""
     i we you me us he she it they them him myself yourself ourselves i'm i'd i'll i've we'd
-    we'll you'd it's that's let's there there's here is are am be being been was were 's 'd 'm
-    so as well can could would will shall should may might must do does did d ll ve s m re too
-    what who which please pls plz kindly thanks thank cheers hi hello hey dear ok okay sir
-    madam robot adaptbot just only now right away today tonight quickly quick soon asap fast
-    ready done simply really very much maybe perhaps also first finally afterwards next again
-    each every whole bit little lot lots plenty more enough extra such kind sort type everyone
+    we'll you'd it's that's let's there there's here is are am be 's 'd 'm
+    so as well can could would will shall should may might must do does d ll ve s m re too
+    who which please pls plz kindly thanks thank cheers hi hello hey dear ok okay sir
+    madam robot adaptbot just now right away today tonight quickly quick soon asap fast
+    ready simply really very much maybe perhaps also first finally afterwards next again
+    whole bit little lot lots plenty more enough extra such kind sort type everyone
     everybody anything something nice good great tasty delicious fine lovely favourite
-    favorite own one's how about mind possible lets go ahead wonder wondering hungry thirsty
+    favorite own one's mind possible lets hungry thirsty
 """)
 """Words that carry no condition of their own: pronouns, auxiliaries, courtesy, vague quantities."""
+
+COURTESY = (
+    *(("how", "about"), ("what", "about"), ("go", "ahead"), ("i", "wonder", "if")),
+    *(("i'm", "wondering", "if"), ("i", "was", "wondering", "if"), ("feel", "like")),
+    *(("could", "do", "with"), ("in", "the", "mood", "for"), ("any", "chance", "of")),
+    *(("trouble", "you", "for"), ("whip", "up"), ("rustle", "up"), ("knock", "up")),
+)
+"""Phrases that only ask, though their words do not by themselves."""
+
+QUESTIONS = _words("is are does has")
+"""Words that make a question of a request where they begin it."""
+
+IT = _words("it them")
+"""Pronouns for what has just been named."""
+
+MORE = _words("extra plenty lots more some just")
+"""Words before what is wanted after all: "no tomato, extra cheese"."""
+
+CONDITIONS = _words("""
+    only if unless until while when whenever before after during since each every another other how
+    what why where whose was were been being did had under over above below between against
+    tomorrow yesterday later almost less least fewer half easy cold hot raw
+""")
+"""Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
 VERBS = _words("""
     make making made get getting give giving bring fetch have has having got need want wants
@@ -45,6 +69,7 @@ WITH = (
     *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
     *(("plus",), ("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
     *(("filled", "with"), ("out", "of"), ("along", "with"), ("together", "with")),
+    *(("don't", "forget"), ("dont", "forget"), ("do", "not", "forget")),
 )
 """What leads to something that goes in."""
 
@@ -59,6 +84,7 @@ WITHOUT = (
     *(("free", "from"), ("hate",), ("hates",), ("dislike",), ("dislikes",), ("replace",)),
     *(("anything", "but"), ("everything", "but"), ("all", "but")),
     *(("replacing",), ("swap",), ("substitute",), ("ban",), ("lacking",), ("sans",)),
+    *(("made", "without"), ("zero",), ("0",)),
 )
 """What leads to something that must not go in."""
 
@@ -114,10 +140,15 @@ NUMBERS = {
     )
 } | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2}
 
-MEASURES = _words("""
+UNITS = _words("""
+    teaspoon teaspoons tablespoon tablespoons tsp tbsp gram grams g kg kilo kilos litre litres
+    liter liters l ml cl
+""")
+"""Units: how many of them there are to be is no number of servings."""
+
+MEASURES = UNITS | _words("""
     cup cups mug mugs glass glasses bowl bowls plate plates pot pots slice slices piece pieces
-    pinch spoon spoonful spoons teaspoon teaspoons tablespoon tablespoons tsp tbsp gram grams
-    g kg kilo kilos litre litres liter liters l ml cl handful bunch portion portions serving
+    pinch spoon spoonful spoons handful bunch portion portions serving
     servings helping helpings batch round rounds dash drop drops bottle bottles jug set
 """)
 """Words for how much: things only where the home has such a thing and something is in it."""

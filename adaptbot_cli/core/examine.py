@@ -117,11 +117,19 @@ def _in_name(name: str, task: Task) -> bool:
 
 
 def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
-    """The steps that deal with something excluded without naming it: by default, in a vessel."""
-    if not scene.task.barred and not scene.task.rules:
+    """The steps that deal with something excluded without naming it: by default, in a vessel; and
+    those that do what the request excludes."""
+    task = scene.task
+    if not task.barred and not task.rules and not task.refused:
         return
     found = {f.step for f in walk.findings if f.code == "E505"}
     for n, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
+        action = bound.action.name if bound else ""
+        named = {"", *(scene.kg.name(v) for v in bound.values.values())} if bound else set()
+        for refused, thing in task.refused:
+            if refused == action and thing in named:
+                said = f"the request excludes {action} {thing}".strip().replace("_", " ")
+                yield Finding("E505", said, action, step=n)
         used = {*(bound.values.values() if bound else ())}
         used |= {node for s, _, o in delta.added for node in (s, o)}
         things = sorted(filter(None, {scene.excluded(node) for node in used}))

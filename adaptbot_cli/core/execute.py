@@ -108,7 +108,7 @@ def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
         places = (
             [*named] if task.place else [{"place": r["place"]} for r in kg.rows(goal.places, {})]
         )
-    for name in task.required:
+    for name in goal.items or task.required:
         found = [e for e in kg.find(name) if kg.is_a(e, classes)]
         if goal.places and name == task.place:
             continue

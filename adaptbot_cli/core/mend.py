@@ -176,7 +176,8 @@ def _goals(finding: Finding, scene: Scene) -> Iterator[tuple[Goal, URIRef | None
         classes = [URIRef(iri) for iri in goal.classes]
         if not finding.subject and not classes and goal.message == finding.message:
             yield goal, None
-        for item in scene.kg.find(finding.subject)[:1] if finding.subject and classes else ():
+        asked = finding.subject in goal.items if goal.items else finding.subject and classes
+        for item in scene.kg.find(finding.subject)[:1] if asked else ():
             if scene.kg.is_a(item, classes):
                 yield goal, item
 

@@ -126,10 +126,11 @@ class Task:
     known (`thin`), `like` the names of classes of tasks whose goals could be.
 
     The rest is what was asked besides (`core/request.py`): `excluded` are names of what must not be
-    used, `barred` further words for it, `rules` named constraints; `amount` is how many are wanted;
-    `place` where things are to be brought, `inside` pairs of a content and its vessel, `states`
-    pairs of an item and a state that it must end in; `unread` are phrases nobody understood, `said`
-    the person's own words.
+    used, `barred` further words for it, `rules` named constraints; `refused` the actions that are
+    not to be done, each with the thing it is not to be done to, or "" for any; `amount` is how many
+    are wanted; `place` where things are to be brought, `inside` pairs of a content and its vessel,
+    `states` pairs of an item and a state that it must end in; `unread` are phrases nobody
+    understood, `said` the person's own words.
     """
 
     name: str
@@ -143,6 +144,7 @@ class Task:
     excluded: tuple[str, ...] = ()
     barred: frozenset[str] = frozenset()
     rules: tuple["Constraint", ...] = ()
+    refused: tuple[tuple[str, str], ...] = ()
     amount: int = 1
     place: str = ""
     inside: tuple[tuple[str, str], ...] = ()
@@ -177,10 +179,10 @@ class Goal:
     """A condition on the state after the plan.
 
     `query` is a SPARQL ASK that must hold, or a SELECT of every ?item that spoils it. With
-    `classes` the ASK is asked of each required item of those classes, as ?item. `about` is a SELECT
-    of the things with which missing steps may bring it about, likeliest first; `helped_by` is such
-    a SELECT for steps that are only suggested; `before` are the
-    actions before which it should be brought about, by IRI; `source` is the query as its author
+    `classes` the ASK is asked of each required item of those classes, as ?item: of `items` only, if
+    there are any. `about` is a SELECT of the things with which missing steps may bring it about,
+    likeliest first; `helped_by` is such a SELECT for steps that are only suggested; `before` are
+    the actions before which it should be brought about, by IRI; `source` is the query as its author
     wrote it. A goal with `places` is about a ?place: where the request says, else any of these.
     """
 
@@ -192,6 +194,7 @@ class Goal:
     source: str = ""
     helped_by: str = ""
     places: str = ""
+    items: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -141,13 +141,33 @@ def task_of(row: Row, kg: Kg) -> Task:
     """Return what a row asks for: its own items, and the goal that the domain lists for it.
 
     A row names its task itself, so nothing of the reading is in doubt; where no goal is known for
-    it, it is judged by the items it requires.
+    it, it is judged by the items it requires. One that names several is judged by them all.
     """
-    reading = understand(row.task, kg, words()).confirmed()
-    known = reading.tasks[0] if reading.tasks else Task(row.task)
+    known = _together(understand(row.task, kg, words()).confirmed().tasks) or Task(row.task)
     name = known.name if known.excluded else row.task  # a name holds nothing that is excluded
     required = row.required or known.required
     return replace(known, name=name or row.task, required=required, thin=False)
+
+
+def _together(tasks: Sequence[Task]) -> Task | None:
+    """One task that is done if all are, each goal asked of the items of its own task."""
+    if not tasks[1:]:
+        return tasks[0] if tasks else None
+    goals = (
+        replace(goal, items=task.required) if goal.classes else goal
+        for task in tasks
+        for goal in task.goals
+    )
+    return replace(
+        tasks[0],
+        name=" and ".join(task.name for task in tasks),
+        required=tuple(dict.fromkeys(name for task in tasks for name in task.required)),
+        goals=tuple(goals),
+        known=all(task.known for task in tasks),
+        amount=max(task.amount for task in tasks),
+        inside=tuple(pair for task in tasks for pair in task.inside),
+        states=tuple(pair for task in tasks for pair in task.states),
+    )
 
 
 def perform(

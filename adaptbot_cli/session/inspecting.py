@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str], list[str]]:
     """Return a domain's graph, a sentence for each fault, and hints: file, entry, what to do.
 
+    Hints are of what tasks name and the home lacks, and of goals that say too little.
     With a fault the graph may be None, and is good for nothing but a look.
 
     Raises:
@@ -20,10 +21,12 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
     from adaptbot_cli.adapters.planner.checking import library_faults
     from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import check_files
+    from adaptbot_cli.core.weak import weak
 
     files = settled(workspace.root, lambda: workspace.files(domain))
     kg, found, hints = check_files(files)
     if kg is not None and kg.domain.name not in ("", domain):
         told = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
         found.append(f'domain.ttl, entry {kg.domain.name}: {told}; write "{domain}"')
-    return kg, [*found, *library_faults(workspace.library(domain), kg)], hints
+    found += library_faults(workspace.library(domain), kg)
+    return kg, found, hints if found or kg is None else [*hints, *weak(kg)]

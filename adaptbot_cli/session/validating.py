@@ -39,14 +39,14 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         where = ", ".join(map(str, files))
         wrong = [Wrong(str(fault), where, "correct the file") for fault in faults(kg)]
         return [*wrong, *(_hinted(hint, domain) for hint in lacking(kg))]
-    _, found, hints = check_pack(workspace, domain)
+    kg_, found, _ = check_pack(workspace, domain)
     home: Home | None = Home(workspace, domain) if found else None
     try:
         home = home if home is not None and home.kg and home.facts else None
     except KnowledgeError:
         home = None  # what cannot be loaded has no facts to look the origin up of
     wrong = [_explained(str(fault), domain, home) for fault in found]
-    return [*wrong, *(_hinted(hint, domain) for hint in hints)]
+    return [*wrong, *(_hinted(hint, domain) for hint in (lacking(kg_) if kg_ else ()))]
 
 
 def _hinted(hint: str, domain: str) -> Wrong:

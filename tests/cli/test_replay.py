@@ -132,3 +132,29 @@ def test_a_run_without_any_plan_has_ended(home: Home) -> None:
 
 def test_a_replay_makes_no_workspace(ended: dict[str, Ended], used: Home) -> None:
     assert not used.workspace.exists()
+
+
+def test_a_run_of_several_tasks_is_recorded_replayed_and_resumed(home: Home) -> None:
+    ran = home.adaptbot("run", "make tea and then an omelette", "--no-human", "--json")
+    [path] = (home.workspace / "transcripts").glob("*.yaml")
+    whole = path.read_text(encoding="utf-8")
+    assert ran.code == 0 and ran.json()["request"]["tasks"] == ["tea", "omelette"]
+    assert home.adaptbot("replay", str(path)).code == 0
+
+    first, second = (n for n in range(len(whole)) if whole.startswith("---\nturn: propose", n))
+    for cut in (first, second):  # as if the machine had stopped before each plan
+        path.write_text(whole[:cut], encoding="utf-8")
+        resumed = home.adaptbot("resume", "--json")
+        assert resumed.code == 0, resumed.said
+        told, before = resumed.json(), ran.json()
+        assert told["request"] == before["request"] and told["steps"] == before["steps"]
+        [new] = set((home.workspace / "transcripts").glob("*.yaml")) - {path}
+        assert home.adaptbot("replay", str(new)).code == 0
+        new.unlink()
+
+
+def test_a_task_of_several_that_fails_replays_as_it_ended(home: Home) -> None:
+    ran = home.adaptbot("run", "tea and an omelette without eggs", "--no-human", "--json")
+    [path] = (home.workspace / "transcripts").glob("*.yaml")
+    assert (ran.code, ran.json()["goal"]["met"]) == (3, False)
+    assert home.adaptbot("replay", str(path)).code == 0

@@ -1,9 +1,15 @@
 """Trials in the workshop: what each arm makes of the same answer, and what is measured."""
 
+from pathlib import Path
+
 import pytest
 
+from adaptbot_cli.adapters.planner.library import Library
+from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.evaluation.measures import Trial
-from adaptbot_cli.evaluation.trials import Rules, perform
+from adaptbot_cli.evaluation.trials import Rules, World, perform, task_of
+from adaptbot_cli.resources import bundled
+from adaptbot_cli.workspace import Workspace
 from tests.evaluation.shared import row, world
 
 GOOD = 'take_part("board")\nput("board", "bench")\ndrill_hole("board", "drill")'
@@ -35,6 +41,21 @@ def test_a_name_that_the_domain_does_not_list_is_no_finding(arm: str, name: str)
     found, _ = perform(row(GOOD, task=name), arm, world(), Rules())
     assert (found.goal_met, found.findings, found.questions) == (True, {}, 0)
     assert (found.task, found.required) == (name, ("board",))
+
+
+def test_several_tasks_in_one_row_are_all_judged() -> None:
+    kitchen = World(Workspace(Path("nowhere")).files("kitchen"), "kitchen")
+    library = Library((bundled("prompts") / "library" / "kitchen",), kitchen.domain)
+    tea, salad = (
+        library.propose(Propose(task_of(row(task=name, required=()), kitchen.fresh()))).text
+        for name in ("tea", "fruit salad")
+    )
+
+    def met(*plans: str) -> bool:
+        asked = row("\n".join(plans), task="tea and fruit salad", required=())
+        return perform(asked, "llm+kg", kitchen, Rules(replans=0))[0].goal_met
+
+    assert (met(tea, salad), met(tea), met(salad)) == (True, False, False)
 
 
 def test_the_model_alone_is_taken_at_its_word() -> None:
