@@ -27,6 +27,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import files
 from adaptbot_cli.adapters.store.trailers import Commit
 from adaptbot_cli.errors import KnowledgeError
@@ -723,7 +724,7 @@ class Repo:
     def _state(self, make: bool = False) -> Iterator[int]:
         with (
             files.refusing(self._gitdir / "adaptbot"),
-            files.folder(self._gitdir, "adaptbot", make) as handle,
+            bounded.folder(self._gitdir, "adaptbot", make) as handle,
         ):
             yield handle
 
