@@ -47,7 +47,7 @@ def read(root: Path, path: str) -> bytes | None:
     Raises:
         KnowledgeError: it is reached through a link, is no regular file, or is too large.
     """
-    name = _inside(root, path)
+    name = inside(root, path)
     with refusing(root / path, "read"):
         try:
             handle = unlinked(root, name)
@@ -75,7 +75,7 @@ def write(root: Path, path: str, data: bytes | None) -> None:
 
     It keeps its mode; missing folders are made. Raises KnowledgeError.
     """
-    name = _inside(root, path)
+    name = inside(root, path)
     new = beside(name.name)
     with refusing(root / path), folder(root, str(name.parent), make=data is not None) as handle:
         if data is None:
@@ -111,7 +111,7 @@ def write(root: Path, path: str, data: bytes | None) -> None:
 
 def clear(root: Path, path: str) -> None:
     """Remove what a killed `write` of a file has left beside it."""
-    name = _inside(root, path)
+    name = inside(root, path)
     with (
         refusing(root / path),
         suppress(FileNotFoundError),
@@ -125,7 +125,8 @@ def beside(name: str) -> str:
     return f".{name[:200]}.adaptbot"
 
 
-def _inside(root: Path, path: str) -> PurePosixPath:
+def inside(root: Path, path: str) -> PurePosixPath:
+    """Return a path below `root`; raise KnowledgeError if it leaves it."""
     parts = PurePosixPath(path).parts
     outside = path.startswith("/") or "\0" in path or {"..", ".git"} & {p.lower() for p in parts}
     if not parts or outside:

@@ -252,8 +252,8 @@ class Repo:
         Raises:
             KnowledgeError: there is no such revision.
         """
-        entry = self._entry(self._commit_at(rev).tree, path)
-        return None if entry is None else self.blob(str(entry.id))
+        sha = self.blobs(rev, [path]).get(path)
+        return None if sha is None else self.blob(sha)
 
     def blob(self, sha: str) -> bytes:
         """Return the content of a blob."""
@@ -343,18 +343,13 @@ class Repo:
         """Return a file's content in the index, None if it is not there or being merged."""
         with _telling(self._top):
             self._repo.index.read()
-            try:
-                return self.blob(str(self._repo.index[self._name(path)].id))
-            except KeyError:
-                return None
+            sha = self._in_index(path)
+            return None if sha is None else self.blob(sha)
 
     @lru_cache(maxsize=256)  # noqa: B019 - a process opens few repositories
     def _name(self, path: str) -> str:
         """Return a path as git knows it; raise KnowledgeError if it leaves the workspace."""
-        parts = PurePosixPath(path).parts
-        if not parts or path.startswith("/") or {"..", ".git"} & {p.lower() for p in parts}:
-            raise KnowledgeError(f"{path!r} is not the name of a file in the workspace.")
-        return str(self._prefix / path)
+        return str(self._prefix / files.inside(self.root, path))
 
     # ---------------------------------------------------------------------------------- writing
 

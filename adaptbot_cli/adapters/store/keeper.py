@@ -277,8 +277,8 @@ def _held_at(repo: Repo, domain: str, revision: str | None) -> Held | None:
 
 def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
     """Return a domain's files as they were at a revision. Raises KnowledgeError."""
-    found = {path: repo.read(path, revision) for path in paths_of(domain)}
-    return {path.rpartition("/")[2]: data for path, data in found.items() if data is not None}
+    blobs = repo.folder(f"kg/{domain}", revision)
+    return {name: repo.blob(sha) for name, sha in blobs.items() if name.endswith(".ttl")}
 
 
 def _faults_of(now: Held, before: Held | None) -> list[str]:
