@@ -4,16 +4,18 @@ refused in one sentence before it can take memory, time or the process.
 Nothing here knows what a file means; the caller gives the name for messages and the kind of error.
 """
 
+import errno
 import json
 import os
 import re
 import stat
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from itertools import chain, islice
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PurePath, PurePosixPath
+from typing import Any, TextIO
 
 from adaptbot_cli.errors import AdaptbotError, KnowledgeError, UsageError
 
@@ -38,9 +40,15 @@ Refusal = type[AdaptbotError]
 
 
 def read_bytes(
-    path: Path, most: int, error: Refusal = KnowledgeError, *, piped: bool = False
+    path: Path,
+    most: int,
+    error: Refusal = KnowledgeError,
+    *,
+    piped: bool = False,
+    root: Path | None = None,
 ) -> bytes:
-    """Return a file's bytes; with `piped`, a pipe or device that a person names is a file too.
+    """Return a file's bytes; with `piped`, a pipe or device that a person names is a file too;
+    with a `root` that it lies below, it is reached from there through no link.
 
     Raises:
         `error`: it cannot be read, is no regular file, or has more than `most` bytes.
@@ -48,7 +56,9 @@ def read_bytes(
     try:
         # Without O_NONBLOCK, to open a FIFO would wait for somebody to write.
         flags = os.O_RDONLY | (0 if piped else getattr(os, "O_NONBLOCK", 0))
-        handle = os.open(path, flags | getattr(os, "O_BINARY", 0))
+        flags |= getattr(os, "O_BINARY", 0)
+        below = path.relative_to(root) if root is not None else None
+        handle = unlinked(root, below) if root and below else os.open(path, flags)
         with os.fdopen(handle, "rb") as file:
             if not piped and not stat.S_ISREG(os.fstat(handle).st_mode):
                 raise error(f"cannot read {path}: it is no regular file")
@@ -56,9 +66,87 @@ def read_bytes(
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else problem
         raise error(f"cannot read {path}: {reason}") from problem
+    except KnowledgeError as problem:
+        raise error(str(problem)) from problem
     if len(data) > most:
         raise error(f"{path} is larger than {_size(most)}: so large a file is not read")
     return data
+
+
+@contextmanager
+def folder(root: Path, path: str = "", make: bool = False) -> Iterator[int]:
+    """Open a folder below `root`, step by step and through no link; give its descriptor.
+
+    Raises:
+        FileNotFoundError: it is not there, and not to be made.
+        KnowledgeError: a step is a symbolic link or a file.
+    """
+    flags = os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC
+    handle = os.open(root, flags)
+    try:
+        for part in PurePosixPath(path).parts:
+            if make:
+                with suppress(FileExistsError):
+                    os.mkdir(part, dir_fd=handle)
+                    os.fsync(handle)
+            try:
+                below = os.open(part, flags | os.O_NOFOLLOW, dir_fd=handle)
+            except OSError as error:
+                if error.errno not in (errno.ELOOP, errno.ENOTDIR):
+                    raise
+                raise not_wanted(root / path, "folder", part, handle) from error
+            os.close(handle)
+            handle = below
+        yield handle
+    finally:
+        os.close(handle)
+
+
+def not_wanted(path: Path, wanted: str, name: str, handle: int) -> KnowledgeError:
+    """Return the error of something that is not what is wanted, below an open folder."""
+    link = stat.S_ISLNK(os.stat(name, dir_fd=handle, follow_symlinks=False).st_mode)
+    if link:
+        told = f"{name} is a symbolic link, and links in a workspace are not followed"
+        return KnowledgeError(f"{path} is not used: {told}; put the {wanted} itself there.")
+    return KnowledgeError(f"{path} is not used: {name} is no {wanted}; move it away.")
+
+
+def unlinked(root: Path, path: PurePath, flags: int = os.O_RDONLY, make: bool = False) -> int:
+    """Open a regular file below `root`, step by step and through no link; return its descriptor.
+
+    Raises:
+        OSError: it is not there, or cannot be opened.
+        KnowledgeError: it is reached through a link, or is no regular file.
+    """
+    with folder(root, str(path.parent), make) as handle:
+        flags |= os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        try:
+            file = os.open(path.name, flags, 0o666, dir_fd=handle)
+        except OSError as error:
+            if error.errno not in (errno.ELOOP, errno.ENXIO):
+                raise
+            raise not_wanted(root / path, "file", path.name, handle) from error
+        if not stat.S_ISREG(os.fstat(file).st_mode):
+            os.close(file)
+            raise not_wanted(root / path, "file", path.name, handle)
+        return file
+
+
+def open_text(path: Path, root: Path | None) -> TextIO:
+    """Open a text file to be written anew; below a `root`, reached through no link.
+
+    Raises:
+        OSError, KnowledgeError: as `unlinked` does.
+    """
+
+    def opener(_: str, flags: int) -> int:
+        if root is None:
+            return os.open(path, flags, 0o666)
+        return unlinked(root, path.relative_to(root), flags, make=True)
+
+    if root is None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    return open(path, "w", encoding="utf-8", newline="\n", opener=opener)
 
 
 def _size(most: int) -> str:

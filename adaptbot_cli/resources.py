@@ -9,3 +9,12 @@ def bundled(kind: str) -> Path:
     """Return `kg`, `prompts`, `transcripts` or `starter`: the wheel's folder or the checkout's."""
     installed = _PACKAGE / "bundled" / kind
     return installed if installed.is_dir() else _PACKAGE.parent / kind
+
+
+def root_of(path: Path) -> Path | None:
+    """Return the workspace below which a file is reached through no link: one in a folder
+    `transcripts` or `prompts`, unless it travels with the program. None for any other file."""
+    if any(path.is_relative_to(bundled(kind)) for kind in ("prompts", "transcripts", "starter")):
+        return None
+    kinds = ("transcripts", "prompts")
+    return next((p.parent for p in list(path.parents)[:3] if p.name in kinds), None)

@@ -7,9 +7,7 @@ from itertools import islice
 from typing import Any
 
 import pyoxigraph
-from oxrdflib import OxigraphStore
-from rdflib import RDF, RDFS, Dataset, Graph, URIRef, Variable
-from rdflib.namespace import NamespaceManager
+from rdflib import RDF, RDFS, URIRef, Variable
 from rdflib.term import Identifier, Node
 
 from adaptbot_cli.core.clock import within
@@ -39,6 +37,7 @@ MOST_VALUES = 5
 """How many values of a default are looked at."""
 
 Bindings = Mapping[str, Node]
+Pattern = tuple[Node | None, Node | None, Node | None]
 Asked = tuple[int, str, tuple[tuple[str, Identifier], ...]]
 """A query of the graph in one of its states, with what its variables are bound to. Bindings that a
 query has no variable for are left out: they are an error to the engine."""
@@ -56,7 +55,44 @@ class _Known:
     folded: dict[str, tuple[URIRef, ...]] | None = None
     tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
+    every: frozenset[str] | None = None
     size: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """The facts of a store's graph, or of all its graphs, in rdflib's terms."""
+
+    engine: pyoxigraph.Store
+    graph: URIRef | None = None
+
+    def triples(self, pattern: Pattern) -> Iterator[Triple]:
+        """Give the facts of a pattern, in which None stands for any term."""
+        try:
+            wanted = (None if node is None else term_of(node) for node in (*pattern, self.graph))
+            found = self.engine.quads_for_pattern(*wanted)
+        except (TypeError, ValueError):  # no fact has such a term there
+            return
+        for quad in found:
+            yield triple_of(quad.triple)
+
+    def __iter__(self) -> Iterator[Triple]:
+        return self.triples((None, None, None))
+
+    def __contains__(self, pattern: Pattern) -> bool:
+        return next(self.triples(pattern), None) is not None
+
+    def subjects(self, predicate: Node | None, value: Node | None = None) -> Iterator[Node]:
+        """Give the subjects of what has a predicate and a value."""
+        return (subject for subject, _, _ in self.triples((None, predicate, value)))
+
+    def objects(self, subject: Node | None, predicate: Node | None) -> Iterator[Node]:
+        """Give the values of a subject's predicate."""
+        return (value for _, _, value in self.triples((subject, predicate, None)))
+
+    def subject_objects(self, predicate: Node) -> Iterator[tuple[Node, Node]]:
+        """Give subjects and values of a predicate."""
+        return ((subject, value) for subject, _, value in self.triples((None, predicate, None)))
 
 
 @dataclass(slots=True)
@@ -66,15 +102,14 @@ class Kg:
     The facts live in two named graphs of one store, so that a query sees both. `rehearsal` lets
     effects be tried and takes them back, whatever happens inside. `named_by` are the predicates
     that hold names. Names and classes are learned and never an effect: `store` tells them whatever
-    is being tried, `facts` all that holds now. `engine` is the store below, for what is done most.
+    is being tried, `facts` all that holds now.
     """
 
     domain: Domain
-    store: Dataset
     engine: pyoxigraph.Store
     named_by: tuple[URIRef, ...] = ()
     strays: frozenset[Triple] = frozenset()
-    _graphs: dict[URIRef, Graph] = field(default_factory=dict)
+    store: Facts = field(init=False)
     _known: _Known = field(default_factory=_Known)
     _line: Line = field(init=False)
     _depth: int = 0
@@ -85,9 +120,10 @@ class Kg:
 
     def __post_init__(self) -> None:
         self._line = Line(self._write)
+        self.store = Facts(self.engine)
 
     @property
-    def facts(self) -> Dataset:
+    def facts(self) -> Facts:
         """All facts, as they are now: those of G_k, of G_s and the classes."""
         self._line.settle()
         return self.store
@@ -95,11 +131,10 @@ class Kg:
     @classmethod
     def load(cls, domain: Domain, attributes: Iterable[Triple], states: Iterable[Triple]) -> "Kg":
         """Build a graph from the facts of G_k and G_s."""
-        kg = cls.over(domain, pyoxigraph.Store())
+        engine = pyoxigraph.Store()
         for name, given in ((ATTRIBUTES, attributes), (STATES, states)):
-            homes = ((t, kg.home_of(t[1]) if t[1] in domain.properties else name) for t in given)
-            kg.store.addN((*t, kg._graph(home)) for t, home in homes)
-        return kg
+            engine.extend(_quad(triple, name) for triple in given)
+        return cls.over(domain, engine)
 
     @classmethod
     def over(cls, domain: Domain, store: pyoxigraph.Store) -> "Kg":
@@ -108,13 +143,10 @@ class Kg:
         A fact that stands in the wrong one of the two is moved: its predicate says where it is.
         `strays` are these facts.
         """
-        facts = Dataset(store=OxigraphStore(store=store), default_union=True)
-        # Queries bring their own prefixes; rdflib's thirty would be copied for each of them.
-        facts.namespace_manager = NamespaceManager(facts, bind_namespaces="none")
-        kg = cls(domain, facts, store, domain.name_properties())
+        kg = cls(domain, store, domain.name_properties())
         for kind in domain.kinds.values():
             for parent in kind.supers[1:]:
-                kg._graph(SCHEMA).add((kind.iri, RDFS.subClassOf, parent))
+                store.add(_quad((kind.iri, RDFS.subClassOf, parent), SCHEMA))
         strays = (_move(store, predicate, kg.home_of(predicate)) for predicate in domain.properties)
         kg.strays = frozenset(fact for facts in strays for fact in facts)
         return kg
@@ -124,17 +156,13 @@ class Kg:
 
         What the one learns the other has too, but may have worked out otherwise before.
         """
-        return Kg(domain, self.facts, self.engine, domain.name_properties())
+        self._line.settle()
+        return Kg(domain, self.engine, domain.name_properties())
 
-    def graph(self, name: URIRef) -> Graph:
+    def graph(self, name: URIRef) -> Facts:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
         self._line.settle()
-        return self._graph(name)
-
-    def _graph(self, name: URIRef) -> Graph:
-        if name not in self._graphs:
-            self._graphs[name] = self.store.get_context(name)
-        return self._graphs[name]
+        return Facts(self.engine, name)
 
     def home_of(self, predicate: Node) -> URIRef:
         """Return which of the two graphs a predicate belongs to."""
@@ -318,9 +346,12 @@ class Kg:
             proper[entity] = next((str(v) for v in found if v is not None), local(entity))
         return proper[entity]
 
-    def names(self) -> set[str]:
+    def names(self) -> frozenset[str]:
         """Return the names of all things."""
-        return {str(name) for p in self.named_by for name in self.store.objects(None, p)}
+        if self._known.every is None:
+            found = (name for p in self.named_by for name in self.store.objects(None, p))
+            self._known.every = frozenset(map(str, found))
+        return self._known.every
 
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
@@ -431,8 +462,7 @@ class Kg:
 
     def _quad(self, triple: Triple) -> pyoxigraph.Quad:
         """A fact in its own graph, as the engine holds it."""
-        subject, predicate, value = map(term_of, triple)
-        return pyoxigraph.Quad(subject, predicate, value, term_of(self.home_of(triple[1])))
+        return _quad(triple, self.home_of(triple[1]))
 
     def size(self) -> tuple[int, int]:
         """Return nodes and edges: subjects of facts, and facts (the paper's Table I counts)."""
@@ -440,6 +470,11 @@ class Kg:
             [row] = self.rows(_SIZE, {})
             self._known.size = int(row["nodes"].toPython()), int(row["edges"].toPython())  # type: ignore[attr-defined]
         return self._known.size
+
+
+def _quad(triple: Triple, graph: URIRef) -> pyoxigraph.Quad:
+    subject, predicate, value = map(term_of, triple)
+    return pyoxigraph.Quad(subject, predicate, value, term_of(graph))
 
 
 def _move(store: pyoxigraph.Store, predicate: URIRef, home: URIRef) -> list[Triple]:

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adaptbot_cli import trust
+from adaptbot_cli import bounded, trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Policy, pursue_each
@@ -278,10 +278,10 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
     from adaptbot_cli.adapters.planner.choice import LIBRARY
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.errors import KnowledgeError
+    from adaptbot_cli.resources import root_of
 
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        file = path.open("w", encoding="utf-8", newline="\n")
+        file = bounded.open_text(path, root_of(path))
     except OSError as error:
         raise KnowledgeError(f"cannot write the transcript {path}: {error.strerror}") from error
     recorder = Recorder(file, kg)

@@ -234,7 +234,7 @@ def commit_edits(home: Home, message: str) -> str | None:
 
     versions = home.needed()
     with versions.repo.writing():
-        edited = [versions.path(name) for name in versions.edited()]
+        edited = [f"{versions.folder}/{name}" for name in versions.edited()]
         if not edited:
             return None
         found = edit_faults(versions.repo, home.domain)

@@ -91,7 +91,7 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
 
     versions = home.needed()
     files_a: Mapping[str, bytes]
-    last = next(versions.repo.log([f"kg/{home.domain}"]), None)
+    last = next(versions.repo.log([versions.folder]), None)
     if a is None and last is not None and not versions.edited():
         a, b = f"{last.sha[:7]}~1", last.sha[:7]
         files_a = versions.files(last.parents[0]) if last.parents else {}
@@ -110,6 +110,11 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
     Raises:
         UsageError: nothing is or was ever called so.
     """
+    from rdflib import Literal
+
+    from adaptbot_cli.adapters.store.turtle import engine_term
+    from adaptbot_cli.core.names import normal
+
     versions = home.versions
     if versions is None:
         return
@@ -117,13 +122,14 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
         yield from map(versions.chapter, versions.taught())
         return
     wanted = known_as(home, name)
-    past = list(versions.taught())
     # What is gone by now is found by the name it had.
-    wanted |= {t[0] for taught in past for t in _triples(taught) if concerns(t, frozenset(), name)}
+    label = str(engine_term(Literal(normal(name))))
+    named = versions.taught(label)
+    wanted |= {t[0] for taught in named for t in _triples(taught) if concerns(t, frozenset(), name)}
     wanted -= {home.kg.domain.iri}
     found = [
         taught
-        for taught in past
+        for taught in versions.taught(label, name, *map(str, wanted))
         if any(concerns(triple, wanted, name) for triple in _triples(taught))
         or any(entry.name == name for entry in taught.changes.entries)
     ]
@@ -133,7 +139,8 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
 
 
 def _triples(taught: "Taught") -> frozenset[Triple]:
-    return taught.changes.delta.removed | taught.changes.delta.added
+    delta = taught.changes.delta
+    return delta.removed | delta.added
 
 
 def known_as(home: Home, name: str) -> "frozenset[Node]":

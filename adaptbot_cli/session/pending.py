@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.transcript import LeftOver
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.pending import Pending, Sitting, Waiting
+    from adaptbot_cli.core.words import Lexicon
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +44,19 @@ class Open:
 
 def find_open(workspace: Workspace, domain: str) -> Open:
     """Find the questions that are open in a domain. Raises UsageError, KnowledgeError."""
+    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import left_over
 
     runs = left_over(workspace.transcripts, _sittings(workspace))
-    found = _open_in(workspace, domain, runs)
+    words = WordNet()
+    found = _open_in(workspace, domain, runs, words)
     others = {run.domain for run in runs} - {domain}
-    return replace(found, others=dict(_tasks_waiting(workspace, sorted(others), runs)))
+    return replace(found, others=dict(_tasks_waiting(workspace, sorted(others), runs, words)))
 
 
-def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> Open:
+def _open_in(
+    workspace: Workspace, domain: str, runs: "Sequence[LeftOver]", words: "Lexicon"
+) -> Open:
     from adaptbot_cli.core.parse import parser
     from adaptbot_cli.core.pending import Waiting, listed
 
@@ -59,7 +64,7 @@ def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> O
     here = [run for run in runs if run.domain == domain]
     waiting = []
     for run in here:
-        reading = reader(kg, workspace, run.requires, run.without)(run.task)
+        reading = reader(kg, workspace, run.requires, run.without, words)(run.task)
         reading = reading.confirmed() if run.confirmed else reading
         for task in reading.tasks:
             plan = run.plans.get(task.name, run.plan if len(reading.tasks) == 1 else "")
@@ -71,12 +76,12 @@ def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]") -> O
 
 
 def _tasks_waiting(
-    workspace: Workspace, domains: Sequence[str], runs: "Sequence[LeftOver]"
+    workspace: Workspace, domains: Sequence[str], runs: "Sequence[LeftOver]", words: "Lexicon"
 ) -> Iterator[tuple[str, int]]:
     """How many tasks wait in each of some domains; one that cannot be read tells nothing."""
     for domain in domains:
         try:
-            found = _open_in(workspace, domain, runs)
+            found = _open_in(workspace, domain, runs, words)
         except (UsageError, KnowledgeError):
             continue
         tasks = {task for each in found.pending for task in each.tasks}

@@ -21,7 +21,7 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
     Raises:
         UsageError: there is no such run, there are several, or it has ended.
     """
-    from adaptbot_cli.adapters.transcript import has_ended, unfinished
+    from adaptbot_cli.adapters.transcript import has_end, text_of, unfinished
     from adaptbot_cli.errors import UsageError
 
     open_ = unfinished(workspace.transcripts)
@@ -39,7 +39,7 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
         raise UsageError(f'there is no run "{name}" in {workspace.root}; {_told(open_)}')
     if len(found) > 1:
         raise UsageError(f'"{name}" is short for {len(found)} runs; {_told(open_)}')
-    if has_ended(found[0]):
+    if has_end(text_of(found[0])):
         raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_told(open_)}")
     later = next((path for path in open_ if found[0] in chain(path)[:-1]), None)
     return later or found[0]
@@ -53,9 +53,9 @@ def _told(paths: list[Path]) -> str:
 
 def header_of(path: Path) -> Mapping[str, Any]:
     """Return a transcript's header. Raises UsageError."""
-    from adaptbot_cli.adapters.transcript import read_cut
+    from adaptbot_cli.adapters import transcript
 
-    return read_cut(path)[0]
+    return transcript.header_of(path)
 
 
 def guarded(header: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,8 +14,8 @@ def status(home: Home) -> Status:
     root, versions = home.workspace.root, home.versions
     if versions is None:
         return Status(root, home.domain)
-    last = next(versions.repo.log([f"kg/{home.domain}"]), None)
-    head = versions.head()
+    last = next(versions.repo.log([versions.folder]), None)
+    head = versions.repo.head()
     changes, problem, found = None, "", []
     if head:
         try:

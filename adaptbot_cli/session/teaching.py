@@ -97,12 +97,14 @@ def _save(home: Home, name: str, given: dict[str, dict[str, str]]) -> Path | Non
     """Write what was answered as a file of answers; None if that cannot be done either."""
     import yaml
 
+    from adaptbot_cli import bounded
     from adaptbot_cli.core.learning import safe_name
+    from adaptbot_cli.resources import root_of
 
     path = home.workspace.transcripts / f"add-{safe_name(name)}.answers"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(yaml.safe_dump(given, allow_unicode=True), encoding="utf-8")
-    except (OSError, ValueError):
+        with bounded.open_text(path, root_of(path)) as file:
+            yaml.safe_dump(given, file, allow_unicode=True)
+    except (OSError, ValueError, KnowledgeError):
         return None
     return path

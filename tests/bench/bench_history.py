@@ -2,25 +2,29 @@
 
     pytest -n 0 tests/bench/bench_history.py
 
-The cold ratio is to `git log -p` of the same paths, the warm one to the warm time at 10 commits.
-Nothing is asserted of the times.
+Times are of the processor. The cold ratio is to `git log -p` of the same paths, the warm ones to
+the same at 10 commits. Nothing is asserted of the times.
 """
 
 import re
+import resource
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from adaptbot_cli.adapters.store.versions import Versions
+from adaptbot_cli.session.changing import revert
+from adaptbot_cli.session.knowing import Home, chapters, why
+from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import keeper
 from tests.bench.table import Table
 
 STATE = "kg/kitchen/state.ttl"
-_warm: dict[int, float] = {}
+_warm: dict[str, float] = {}
 
 
 def commits(text: str, head: str, count: int) -> Iterator[bytes]:
@@ -43,21 +47,43 @@ def commits(text: str, head: str, count: int) -> Iterator[bytes]:
 @pytest.mark.parametrize("count", [10, 1_000, 10_000])
 def test_history(count: int, table: Table, tmp_path: Path) -> None:
     keeper(tmp_path)
-    head = Versions.of(tmp_path, "kitchen").head() or ""
+    head = Versions.of(tmp_path, "kitchen").repo.head() or ""
     stream = b"".join(commits((tmp_path / STATE).read_text(), head, count))
     subprocess.run(["git", "fast-import", "--quiet"], cwd=tmp_path, input=stream, check=True)
 
-    def timed() -> float:
-        begun = time.perf_counter()
+    def timed(work: Callable[[], object]) -> float:
+        begun = time.process_time()
+        work()
+        return time.process_time() - begun
+
+    def taught() -> None:
         found = list(Versions.of(tmp_path, "kitchen").taught())
         assert len(found) == count + 1 and all(len(one.added) == 1 for one in found[:-1])
-        return time.perf_counter() - begun
 
-    begun = time.perf_counter()
-    subprocess.run(
-        ["git", "log", "-p", "--", "kg/kitchen"], cwd=tmp_path, check=True, capture_output=True
-    )
-    git = time.perf_counter() - begun
-    table.add(f"history of {count:,} commits, cold", timed(), git, "3x of git log -p")
-    _warm[count] = min(timed() for _ in range(3))
-    table.add("  the same, warm", _warm[count], _warm.get(10, _warm[count]), "")
+    def home() -> Home:
+        return Home(Workspace(tmp_path), "kitchen")
+
+    def log() -> None:
+        assert list(chapters(home(), "pot"))
+
+    log_p = ["git", "log", "-p", "--", "kg/kitchen"]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    subprocess.run(log_p, cwd=tmp_path, check=True, capture_output=True)
+    git = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+    table.add(f"history of {count:,} commits, cold", timed(taught), git, "3x of git log -p")
+    works: dict[str, Callable[[], object]] = {
+        "all of it, warm": taught,
+        "kg why of a thing never changed, warm": lambda: why(home(), "avocado"),
+        "kg why of a thing and a property, warm": lambda: why(home(), "egg", "boiled"),
+        "kg log NAME, warm": log,
+        "kg revert of the newest, proposed": lambda: revert(home(), "HEAD"),
+    }
+    for name, work in works.items():
+        work()
+        seconds = min(timed(work) for _ in range(3))
+        table.add(
+            f"  {name}",
+            seconds,
+            _warm.setdefault(name, seconds),
+            "" if work is taught else "2x of 10 commits",
+        )

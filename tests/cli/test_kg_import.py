@@ -59,7 +59,7 @@ def test_a_published_graph_comes_out_as_it_was_taken_in(
         assert parcel.accepted <= home(tmp_path, entry["file"]).facts
         return
     revision = changing.commit(here, proposal)
-    assert revision == home(tmp_path, entry["file"]).needed().head()
+    assert revision == home(tmp_path, entry["file"]).needed().repo.head()
 
     given = without_declarations(path)
     for triple in parcel.left_out:

@@ -173,7 +173,7 @@ def test_every_command_takes_it_as_a_word(
 ) -> None:
     """What cannot be meant is refused with a sentence; nothing is written, nothing is raised."""
     home = kept
-    head = home.needed().head()
+    head = home.needed().repo.head()
     calls = (
         lambda: history.why(name, knowing.why(home, name).facts, (), home.words),
         lambda: history.why("egg", knowing.why(home, "egg", name).facts, (), home.words),
@@ -193,7 +193,7 @@ def test_every_command_takes_it_as_a_word(
             shown(call())
         except AdaptbotError as error:
             refused(error)
-    assert home.needed().head() == head
+    assert home.needed().repo.head() == head
 
 
 def preview(proposal: changing.Proposal, home: knowing.Home) -> object:

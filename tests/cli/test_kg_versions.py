@@ -249,7 +249,7 @@ def test_hand_edits_are_told_and_committed_if_they_fit(fresh: Fresh) -> None:
     [fault] = validating.validate(fresh().workspace, "kitchen")
     assert fault.file == "kg/kitchen/state.ttl" and "not committed" in fault.cause
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled 7", "ex:egg ex:IsBoiled true")
-    assert changing.commit_edits(fresh(), "boiled") == fresh().needed().head()
+    assert changing.commit_edits(fresh(), "boiled") == fresh().needed().repo.head()
     assert not standing.status(fresh()).edited and not validating.validate(
         fresh().workspace, "kitchen"
     )

@@ -17,7 +17,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import ATTRIBUTES, STATES
+from adaptbot_cli.core.terms import STATES
 from tests.worlds import GOOD, W, facts, parsed, replaced, scene, workshop
 
 ROOT = Path(__file__).parents[2]
@@ -142,7 +142,8 @@ def test_a_repair_that_fails_leaves_no_steps_behind() -> None:
 
 def test_a_missing_step_is_never_one_that_an_attribute_rules_out() -> None:
     kg = workshop(attributes="w:stove w:switchable false .", state="")
-    kg.graph(ATTRIBUTES).remove((URIRef(W + "stove"), URIRef(W + "switchable"), Literal(True)))
+    stove = (URIRef(W + "stove"), URIRef(W + "switchable"), Literal(True))
+    kg.learn(Delta(removed=frozenset({stove})))
     assert findings("dry_part(plank)", kg) == [("E401", "stove must be on")]
 
 
@@ -199,11 +200,11 @@ PLANS = (
 @pytest.mark.parametrize("plan", PLANS)
 def test_checking_and_executing_never_change_the_world(plan: str) -> None:
     kg = workshop()
-    before, quads = facts(kg), set(kg.facts.quads())
+    before, quads = facts(kg), set(kg.facts.engine)
     report = check(plan, kg, "board")
     Rehearsal(kg).execute(report)
     assert facts(kg) == before
-    assert set(kg.facts.quads()) == quads
+    assert set(kg.facts.engine) == quads
 
 
 def test_an_exception_in_the_middle_changes_nothing_either() -> None:
@@ -218,10 +219,10 @@ def test_an_exception_in_the_middle_changes_nothing_either() -> None:
 
 def test_a_state_fact_that_stands_among_the_attributes_is_a_state() -> None:
     kg = workshop(attributes="w:plank w:dry false .")
-    quads = set(kg.facts.quads())
+    quads = set(kg.facts.engine)
     assert (URIRef(W + "plank"), URIRef(W + "dry"), Literal(False)) in kg.graph(STATES)
     check("dry_part(plank)", kg)
-    assert set(kg.facts.quads()) == quads
+    assert set(kg.facts.engine) == quads
 
 
 def test_a_rehearsal_within_a_rehearsal_takes_back_its_own_changes_only() -> None:

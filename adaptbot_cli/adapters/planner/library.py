@@ -23,6 +23,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.request import excludes, usable
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
+from adaptbot_cli.resources import root_of
 
 _NODES = frozenset(
     """Template Output TemplateData Name NSRef Const List For If Assign Filter Test Compare Operand
@@ -240,7 +241,7 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
 
 
 def _text(path: Path) -> str:
-    data = bounded.read_bytes(path, bounded.SETTINGS, PackError)
+    data = bounded.read_bytes(path, bounded.SETTINGS, PackError, root=root_of(path))
     try:
         return data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:

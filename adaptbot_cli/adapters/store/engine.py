@@ -11,7 +11,7 @@ import pyoxigraph
 from rdflib.term import Node
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store.turtle import BOM, engine, engine_term, serialize
+from adaptbot_cli.adapters.store.turtle import BOM, blaming, engine, engine_term, serialize
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import in_order, unknown_prefixes
 from adaptbot_cli.core.terms import Triple, kept, local, node_of, triple_of
@@ -51,15 +51,10 @@ def read_graph(paths: Sequence[Path]) -> Given:
         data = bounded.read_bytes(path, bounded.GRAPH, piped=True)
         form = _BY_SUFFIX.get(path.suffix.lower(), pyoxigraph.RdfFormat.TURTLE)
         bounded.check_graph(data, path, xml=form == pyoxigraph.RdfFormat.RDF_XML)
-        try:
+        with blaming(path, "graph"):
             parser = pyoxigraph.parse(data.removeprefix(BOM.encode()), format=form)
             triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
-        except (SyntaxError, ValueError) as error:
-            problem = error.msg if isinstance(error, SyntaxError) else error
-            line = getattr(error, "lineno", None)
-            where = f", line {line}" if line else ""
-            raise KnowledgeError(f"{path}{where}: this is no valid graph: {problem}") from error
     return Given(tuple(triples), prefixes)
 
 

@@ -15,12 +15,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import Final
 
+from adaptbot_cli.bounded import folder, not_wanted, unlinked
 from adaptbot_cli.errors import KnowledgeError
 
 LARGEST: Final = 256 * 1024 * 1024
 """Bytes of a file that are read at most."""
 
-_FOLDER: Final = os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC
 _REASONS: Final = {
     errno.ENOSPC: "the disk is full; free some space and try again",
     errno.EDQUOT: "your disk quota is used up; free some space and try again",
@@ -41,71 +41,23 @@ def refusing(path: Path, what: str = "written, nothing was changed") -> Iterator
         raise KnowledgeError(f"{path} could not be {what}: {reason}.") from error
 
 
-@contextmanager
-def folder(root: Path, path: str = "", make: bool = False) -> Iterator[int]:
-    """Open a folder below `root`, step by step and through no link; give its descriptor.
-
-    Raises:
-        FileNotFoundError: it is not there, and not to be made.
-        KnowledgeError: a step is a symbolic link or a file.
-    """
-    handle = os.open(root, _FOLDER)
-    try:
-        for part in PurePosixPath(path).parts:
-            if make:
-                with suppress(FileExistsError):
-                    os.mkdir(part, dir_fd=handle)
-                    os.fsync(handle)
-            try:
-                below = os.open(part, _FOLDER | os.O_NOFOLLOW, dir_fd=handle)
-            except OSError as error:
-                if error.errno not in (errno.ELOOP, errno.ENOTDIR):
-                    raise
-                raise _not(root / path, "folder", part, handle) from error
-            os.close(handle)
-            handle = below
-        yield handle
-    finally:
-        os.close(handle)
-
-
-def _not(path: Path, wanted: str, name: str, handle: int) -> KnowledgeError:
-    """The error of something that is not what is wanted, below an open folder."""
-    link = stat.S_ISLNK(os.stat(name, dir_fd=handle, follow_symlinks=False).st_mode)
-    if link:
-        told = f"{name} is a symbolic link, and links in a workspace are not followed"
-        return KnowledgeError(f"{path} is not used: {told}; put the {wanted} itself there.")
-    return KnowledgeError(f"{path} is not used: {name} is no {wanted}; move it away.")
-
-
 def read(root: Path, path: str) -> bytes | None:
     """Return the content of a file below `root`, None if there is none.
 
     Raises:
         KnowledgeError: it is reached through a link, is no regular file, or is too large.
     """
-    name = _inside(root, path)
+    name = inside(root, path)
     with refusing(root / path, "read"):
         try:
-            with folder(root, str(name.parent)) as handle:
-                flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-                try:
-                    file = os.open(name.name, flags, dir_fd=handle)
-                except OSError as error:
-                    if error.errno not in (errno.ELOOP, errno.ENXIO):
-                        raise
-                    raise _not(root / path, "file", name.name, handle) from error
-                with os.fdopen(file, "rb") as opened:
-                    about = os.fstat(file)
-                    if not stat.S_ISREG(about.st_mode):
-                        raise _not(root / path, "file", name.name, handle)
-                    data = opened.read(LARGEST + 1)
-                    if len(data) > LARGEST:
-                        largest = f"{LARGEST // 1024 // 1024} MB"
-                        raise KnowledgeError(f"{root / path} is larger than {largest}; split it.")
-                    return data
+            handle = unlinked(root, name)
         except FileNotFoundError:
             return None
+        with os.fdopen(handle, "rb") as opened:
+            data = opened.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise KnowledgeError(f"{root / path} is larger than {LARGEST // 1024**2} MB; split it.")
+    return data
 
 
 def names(root: Path, path: str) -> list[str]:
@@ -123,7 +75,7 @@ def write(root: Path, path: str, data: bytes | None) -> None:
 
     It keeps its mode; missing folders are made. Raises KnowledgeError.
     """
-    name = _inside(root, path)
+    name = inside(root, path)
     new = beside(name.name)
     with refusing(root / path), folder(root, str(name.parent), make=data is not None) as handle:
         if data is None:
@@ -136,7 +88,7 @@ def write(root: Path, path: str, data: bytes | None) -> None:
         try:
             about = os.stat(name.name, dir_fd=handle, follow_symlinks=False)
             if not stat.S_ISREG(about.st_mode):
-                raise _not(root / path, "file", name.name, handle)
+                raise not_wanted(root / path, "file", name.name, handle)
             mode = stat.S_IMODE(about.st_mode)
         except FileNotFoundError:
             mode = None
@@ -159,7 +111,7 @@ def write(root: Path, path: str, data: bytes | None) -> None:
 
 def clear(root: Path, path: str) -> None:
     """Remove what a killed `write` of a file has left beside it."""
-    name = _inside(root, path)
+    name = inside(root, path)
     with (
         refusing(root / path),
         suppress(FileNotFoundError),
@@ -173,7 +125,8 @@ def beside(name: str) -> str:
     return f".{name[:200]}.adaptbot"
 
 
-def _inside(root: Path, path: str) -> PurePosixPath:
+def inside(root: Path, path: str) -> PurePosixPath:
+    """Return a path below `root`; raise KnowledgeError if it leaves it."""
     parts = PurePosixPath(path).parts
     outside = path.startswith("/") or "\0" in path or {"..", ".git"} & {p.lower() for p in parts}
     if not parts or outside:

@@ -27,7 +27,8 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from adaptbot_cli.adapters.store import files, trailers
+from adaptbot_cli import bounded
+from adaptbot_cli.adapters.store import files
 from adaptbot_cli.adapters.store.trailers import Commit
 from adaptbot_cli.errors import KnowledgeError
 
@@ -251,19 +252,26 @@ class Repo:
         Raises:
             KnowledgeError: there is no such revision.
         """
-        entry = self._entry(self._commit_at(rev).tree, path)
-        return None if entry is None else self.blob(str(entry.id))
+        sha = self.blobs(rev, [path]).get(path)
+        return None if sha is None else self.blob(sha)
 
     def blob(self, sha: str) -> bytes:
         """Return the content of a blob."""
         with _telling(self._top):
-            return bytes(self._repo[sha].data)  # type: ignore[attr-defined]
+            return self._repo[sha].data  # type: ignore[attr-defined,no-any-return]
 
     def blobs(self, rev: str, paths: Sequence[str]) -> dict[str, str]:
         """Return the shas of the blobs of some files at a revision, those that are there."""
         tree = self._commit_at(rev).tree
         found = {path: self._entry(tree, path) for path in paths}
         return {path: str(entry.id) for path, entry in found.items() if entry is not None}
+
+    def folder(self, path: str, rev: str) -> dict[str, str]:
+        """Return the shas of the blobs in a folder at a revision, by name."""
+        tree, name, blob = self._commit_at(rev).tree, self._name(path), _pygit2().Blob
+        with _telling(self._top):
+            below = tree[name] if name in tree else ()  # noqa: SIM401 - a tree has no `get`
+            return {each.name: str(each.id) for each in below if isinstance(each, blob)}
 
     def _entry(self, tree: "pygit2.Tree", path: str) -> "pygit2.Object | None":
         with _telling(self._top):
@@ -287,11 +295,9 @@ class Repo:
                 walk.hide(since)
             for commit in walk:
                 parents = self._parents(commit)
-                own = [self._ids(commit, names)]
-                others = [self._ids(self._repo[sha], names) for sha in parents]  # type: ignore[arg-type]
-                if names and own[0] in (others or [[None] * len(names)]):
-                    continue
-                yield _commit(commit, tuple(map(str, parents)))
+                others = [self._ids(sha, *names) for sha in parents] or [(None,) * len(names)]
+                if not names or self._ids(commit.id, *names) not in others:
+                    yield _commit(commit, tuple(map(str, parents)))
 
     def commit_of(self, sha: str) -> Commit:
         """Return a commit by its sha; in a shallow clone the parents that are there."""
@@ -309,9 +315,10 @@ class Repo:
         with _telling(self._top):
             return sha == head or (sha in self._repo and self._repo.descendant_of(head, sha))
 
-    def _ids(self, commit: "pygit2.Commit", names: Sequence[str]) -> list[object]:
-        tree = commit.tree
-        return [tree[name].id if name in tree else None for name in names]
+    @lru_cache(maxsize=64)  # noqa: B019 - a process opens few repositories
+    def _ids(self, commit: "pygit2.Oid", *names: str) -> tuple[object, ...]:
+        tree = self._repo[commit].tree
+        return tuple(tree[name].id if name in tree else None for name in names)
 
     def dirty(self, paths: Sequence[str]) -> list[str]:
         """Return those files that differ from HEAD: changed, new or gone.
@@ -336,18 +343,13 @@ class Repo:
         """Return a file's content in the index, None if it is not there or being merged."""
         with _telling(self._top):
             self._repo.index.read()
-            try:
-                return self.blob(str(self._repo.index[self._name(path)].id))
-            except KeyError:
-                return None
+            sha = self._in_index(path)
+            return None if sha is None else self.blob(sha)
 
     @lru_cache(maxsize=256)  # noqa: B019 - a process opens few repositories
     def _name(self, path: str) -> str:
         """Return a path as git knows it; raise KnowledgeError if it leaves the workspace."""
-        parts = PurePosixPath(path).parts
-        if not parts or path.startswith("/") or {"..", ".git"} & {p.lower() for p in parts}:
-            raise KnowledgeError(f"{path!r} is not the name of a file in the workspace.")
-        return str(self._prefix / path)
+        return str(self._prefix / files.inside(self.root, path))
 
     # ---------------------------------------------------------------------------------- writing
 
@@ -717,7 +719,7 @@ class Repo:
     def _state(self, make: bool = False) -> Iterator[int]:
         with (
             files.refusing(self._gitdir / "adaptbot"),
-            files.folder(self._gitdir, "adaptbot", make) as handle,
+            bounded.folder(self._gitdir, "adaptbot", make) as handle,
         ):
             yield handle
 
@@ -764,8 +766,7 @@ def _commit(commit: "pygit2.Commit", parents: tuple[str, ...]) -> Commit:
     who = commit.author
     when = datetime.fromtimestamp(who.time, timezone(timedelta(minutes=who.offset)))
     message = commit.raw_message.decode("utf-8", "replace")
-    author = f"{who.name} <{who.email}>"
-    return Commit(str(commit.id), author, when, *trailers.parse(message), parents)
+    return Commit(str(commit.id), f"{who.name} <{who.email}>", when, message, parents)
 
 
 def _linked(own: Path, lock: Path) -> bool:

@@ -24,11 +24,10 @@ from adaptbot_cli.adapters.store.reading import (
     parse,
     paths_of,
     read_files,
-    readable,
     triples,
 )
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
-from adaptbot_cli.adapters.store.turtle import rewrite, statements, tokens
+from adaptbot_cli.adapters.store.turtle import parsed, rewrite, statements, tokens
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.faults import Fault, faults, new_faults
 from adaptbot_cli.core.kg import Kg
@@ -121,7 +120,7 @@ class Held:
             KnowledgeError, PackError: the files could not be read again or make no domain.
         """
         for name in changed.keys() & FACT_FILES.keys():
-            readable(changed[name], f"{self.where}/{name}")
+            parsed(changed[name], f"{self.where}/{name}")
         domain = load_domain({**self.files, **changed}, self.where)
         return new_faults(self.kg, self._facts(change), domain)
 
@@ -278,8 +277,8 @@ def _held_at(repo: Repo, domain: str, revision: str | None) -> Held | None:
 
 def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
     """Return a domain's files as they were at a revision. Raises KnowledgeError."""
-    found = {path: repo.read(path, revision) for path in paths_of(domain)}
-    return {path.rpartition("/")[2]: data for path, data in found.items() if data is not None}
+    blobs = repo.folder(f"kg/{domain}", revision)
+    return {name: repo.blob(sha) for name, sha in blobs.items() if name.endswith(".ttl")}
 
 
 def _faults_of(now: Held, before: Held | None) -> list[str]:

@@ -1,7 +1,6 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
@@ -9,8 +8,7 @@ import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store import files
-from adaptbot_cli.adapters.store.turtle import BOM
+from adaptbot_cli.adapters.store import files, turtle
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -22,8 +20,6 @@ from adaptbot_cli.errors import KnowledgeError, PackError
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
 FACT_FILES = {"attributes.ttl": ATTRIBUTES, "state.ttl": STATES}
 """The files of the facts, and the named graph that each is read into."""
-
-_TURTLE = pyoxigraph.RdfFormat.TURTLE
 
 
 def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | None = None) -> Kg:
@@ -67,12 +63,12 @@ def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
 def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
     """Let the engine read a Turtle file into a named graph. Raises KnowledgeError."""
     bounded.check_graph(data, path)
-    with _told(path):
+    with turtle.blaming(path):
         if b"<<" in data:
             # Only a reading in Python finds triples in triples, which rdflib cannot hold.
             triples(data, path)
-        data = data.removeprefix(BOM.encode())
-        store.bulk_load(data, _TURTLE, to_graph=pyoxigraph.NamedNode(graph))
+        data = data.removeprefix(turtle.BOM.encode())
+        store.bulk_load(data, turtle.TURTLE, to_graph=pyoxigraph.NamedNode(graph))
 
 
 def paths_of(domain: str) -> list[str]:
@@ -149,11 +145,8 @@ def read_graphs(paths: Sequence[Path]) -> list[Triple] | None:
     """Return the triples of some Turtle files, None if none is named. Raises KnowledgeError."""
     if not paths:
         return None
-    return [triple for path in paths for triple in triples(_bytes(path), str(path))]
-
-
-def _bytes(path: Path) -> bytes:
-    return bounded.read_bytes(path, bounded.GRAPH, piped=True)
+    data = ((bounded.read_bytes(path, bounded.GRAPH, piped=True), str(path)) for path in paths)
+    return [triple for given in data for triple in triples(*given)]
 
 
 def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
@@ -175,10 +168,11 @@ def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
 
 def parse(data: bytes, path: str) -> Graph:
     """Parse a Turtle file into a graph that remembers its prefixes. Raises KnowledgeError."""
-    parser = _parser(data, path)
     graph = Graph(bind_namespaces="none")
-    for triple in _all(parser, path):
-        graph.add(triple)
+    with turtle.blaming(path):
+        parser = turtle.parse(data, path)
+        for quad in parser:
+            graph.add(triple_of(quad.triple))
     for prefix, iri in parser.prefixes.items():
         graph.bind(prefix, iri)
     return graph
@@ -186,33 +180,5 @@ def parse(data: bytes, path: str) -> Graph:
 
 def triples(data: bytes, path: str) -> list[Triple]:
     """Parse a Turtle file into its triples. Raises KnowledgeError."""
-    return _all(_parser(data, path), path)
-
-
-def readable(data: bytes, path: str) -> None:
-    """Make sure that a Turtle file can be read. Raises KnowledgeError."""
-    with _told(path):
-        for _ in _parser(data, path):
-            pass
-
-
-def _parser(data: bytes, path: str) -> "pyoxigraph.QuadParser":
-    bounded.check_graph(data, path)
-    return pyoxigraph.parse(data.removeprefix(BOM.encode()), format=_TURTLE)
-
-
-def _all(parser: "pyoxigraph.QuadParser", path: str) -> list[Triple]:
-    with _told(path):
-        return [triple_of(quad.triple) for quad in parser]
-
-
-@contextmanager
-def _told(path: str) -> Iterator[None]:
-    """Turn what the engine says of a file into a sentence that names file and line."""
-    try:
-        yield
-    except SyntaxError as error:
-        line = f", line {error.lineno}" if error.lineno else ""
-        raise KnowledgeError(f"{path}{line}: this is no valid Turtle: {error.msg}") from error
-    except (ValueError, UnicodeDecodeError) as error:
-        raise KnowledgeError(f"{path}: this is no valid Turtle: {error}") from error
+    with turtle.blaming(path):
+        return [triple_of(quad.triple) for quad in turtle.parse(data, path)]

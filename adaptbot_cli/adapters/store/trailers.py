@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import lru_cache
 
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.provenance import Told, plain, short
@@ -27,15 +28,28 @@ _SIGNED = re.compile(r"(.*?)(?: \(([^()]*)\))?", re.DOTALL)
 
 @dataclass(frozen=True, slots=True)
 class Commit:
-    """A commit; `body` is what stands between the subject and the trailers, `when` is aware."""
+    """A commit; `when` is aware."""
 
     sha: str
     author: str
     when: datetime
-    subject: str
-    body: str
-    trailers: Trailers
+    message: str
     parents: tuple[str, ...] = ()
+
+    @property
+    def subject(self) -> str:
+        """The first paragraph, in one line."""
+        return parse(self.message)[0]
+
+    @property
+    def body(self) -> str:
+        """What stands between the subject and the trailers."""
+        return parse(self.message)[1]
+
+    @property
+    def trailers(self) -> Trailers:
+        """Keys and values of the last paragraph, if it consists of such."""
+        return parse(self.message)[2]
 
 
 def escape(text: str) -> str:
@@ -76,6 +90,7 @@ def of_lessons(lessons: Sequence[Lesson]) -> Iterator[tuple[str, str]]:
                 yield f"Fact-{number}", f"{sign} {' '.join(local(node) for node in triple)}"
 
 
+@lru_cache(maxsize=64)
 def parse(message: str) -> tuple[str, str, Trailers]:
     """Take a message apart as git does: subject, body, and trailers if the last paragraph is so."""
     paragraphs = [part for part in re.split(r"\n[ \t]*\n+", message.strip("\n")) if part.strip()]

@@ -12,6 +12,7 @@ without the comments inside them; all other text stays to the byte.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 from urllib.parse import urljoin
@@ -35,7 +36,7 @@ KNOWN_PREFIXES: Final[Mapping[str, str]] = {
 """What is declared when a document needs one of these and uses its name for nothing else."""
 
 BOM: Final = "\ufeff"
-_TURTLE: Final = pyoxigraph.RdfFormat.TURTLE
+TURTLE: Final = pyoxigraph.RdfFormat.TURTLE
 _FIRST, _REST, _NIL = (NamedNode(f"{RDF}{name}") for name in ("first", "rest", "nil"))
 _LETTER: Final = (
     r"A-Za-z\u00C0-\u00D6\u00D8-\u00F6\u00F8-\u02FF\u0370-\u037D\u037F-\u1FFF\u200C-\u200D"
@@ -115,7 +116,25 @@ def parse(data: bytes | str, path: str) -> "pyoxigraph.QuadParser":
     """Parse Turtle; a byte order mark at its begin is no part of it."""
     encoded = data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data
     bounded.check_graph(encoded, path)
-    return pyoxigraph.parse(encoded.removeprefix(BOM.encode()), format=_TURTLE)
+    return pyoxigraph.parse(encoded.removeprefix(BOM.encode()), format=TURTLE)
+
+
+def parsed(data: bytes | str, path: str) -> list[Any]:
+    """Return the engine's triples of a Turtle file. Raises KnowledgeError: it is not valid."""
+    with blaming(path):
+        return [quad.triple for quad in parse(data, path)]
+
+
+@contextmanager
+def blaming(path: object, what: str = "Turtle") -> Iterator[None]:
+    """Turn what the engine says of a file into a KnowledgeError that names file and line."""
+    try:
+        yield
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None)
+        where = f"{path}, line {line}" if line else path
+        problem = error.msg if isinstance(error, SyntaxError) else error
+        raise KnowledgeError(f"{where}: this is no valid {what}: {problem}") from error
 
 
 class Writer:
@@ -236,7 +255,7 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
     Raises:
         KnowledgeError: the text is no valid Turtle, or a term that Turtle cannot write.
     """
-    _check(text, path)
+    parsed(text, path)
     body = text.removeprefix(BOM)
     newline = "\r\n" if "\r\n" in body else "\n"
     gone, new = _by_subject(removed), _by_subject(added)
@@ -305,14 +324,15 @@ def _edits(
 ) -> Iterator[tuple[int, int, str]]:
     """The edits of the blocks of one subject."""
     drop = {_key(triple) for triple in gone.get(subject, ())}
-    said = {}
-    for place, scope in places:
-        said[place] = list(parse(f"{scope.text}\n{body[place.start : place.end]}", path))
-    known = {_key(quad.triple) for quads in said.values() for quad in quads}
+    said = {
+        place: parsed(f"{scope.text}\n{body[place.start : place.end]}", path)
+        for place, scope in places
+    }
+    known = {_key(triple) for triples in said.values() for triple in triples}
     fresh = [triple for triple in new.get(subject, ()) if _key(triple) not in known]
     fresh_keys = {_key(triple) for triple in new.get(subject, ())}
     for number, (place, scope) in enumerate(places, start=1):
-        triples = [quad.triple for quad in said[place]]
+        triples = said[place]
         left = [t for t in triples if _key(t) not in drop or _key(t) in fresh_keys]
         nested = any(isinstance(t.subject, BlankNode) for t in triples)
         more = fresh if number == len(places) else []
@@ -345,17 +365,6 @@ def _whole_lines(body: str, place: Statement) -> tuple[int, int]:
     if start and not body[above:start].strip():
         start = above
     return start, end
-
-
-def _check(text: str, path: str) -> None:
-    try:
-        for _ in parse(text, path):
-            pass
-    except (SyntaxError, ValueError) as error:
-        reason = error.msg if isinstance(error, SyntaxError) else error
-        raise KnowledgeError(
-            f"{path} is not valid Turtle: {reason}. Correct it, then try again."
-        ) from error
 
 
 def _by_subject(triples: Iterable[Triple]) -> dict[Any, list[Any]]:

@@ -1,16 +1,17 @@
 """The versions of a domain in a workspace's repository: what each taught, and who taught each fact.
 
-What a commit taught is worked out once: from the blocks that differ, not from whole files, and then
-kept in a cache in the git directory, keyed by the commit. A cache that does not match is made anew.
+What a commit taught is worked out once, from the lines that differ, and then kept in a cache in
+the git directory: a line of JSON a commit, newest first, of which only those are read that mention
+what is asked for. A cache that does not match is made anew.
 """
 
+import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
 
 import pyoxigraph
 from pyoxigraph import BlankNode, Literal
@@ -20,7 +21,7 @@ from rdflib.term import Node
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
-from adaptbot_cli.adapters.store.turtle import BOM, engine, parse
+from adaptbot_cli.adapters.store.turtle import engine, parsed
 from adaptbot_cli.core.changes import Changes, Entry
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id, short
@@ -33,15 +34,13 @@ UNCOMMITTED = Origin("uncommitted")
 
 _OF_ENTRIES = frozenset({"tasks.ttl", "domain.ttl"})
 _BY_IRI = frozenset({"domain.ttl", *FACT_FILES})
-_PREFIX = re.compile(rb"^@prefix[ \t]+[^\s:<]*:[ \t]*<[^>\n]*>[ \t]*\.(?=[ \t]*\r?$)", re.MULTILINE)
-_DIRECTIVE = re.compile(rb"@base|^[ \t]*(?:base|prefix|version)\b", re.IGNORECASE | re.MULTILINE)
+_HEAD = re.compile(rb"(?:\xef\xbb\xbf)?(?:(?:@prefix [^\s:<]*: <[^<>\n]*> \.|#[^\n]*)?\n)*")
+_BLOCKS = re.compile(rb"(?:(?:#[^\n]*\n)*[^\s#.@_]\S* \S[^\n]*\n(?:    \S[^\n]*\n)*\.\n\n?)*")
 # What makes a block mean something else than it says by itself.
-_ALONE = re.compile(rb"[\[(]|_:|\.[ \t]+[^\s#]")
-_SUBJECT = re.compile(rb"^[^\s#.@]\S* ", re.MULTILINE)
+_UNCLEAR = re.compile(rb"[<\[(]|_:|\.[ \t]|\"\"\"|'''")
+_SUBJECT = re.compile(rb"^[^\s.#]\S* ", re.MULTILINE)
 _CALLED = str(AB.calledAs)
 _LABEL = str(RDFS.label)
-_FORM = 1
-"""The form of the cache: another one is not read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +59,15 @@ class Taught:
     """
 
     sha: str
-    removed: tuple[str, ...] = ()
-    added: tuple[str, ...] = ()
-    entries: tuple[tuple[str, str, str], ...] = ()
-    first: tuple[str, ...] = ()
+    removed: Sequence[str] = ()
+    added: Sequence[str] = ()
+    entries: Sequence[tuple[str, str, str]] = ()
+    first: Sequence[str] = ()
+
+    @property
+    def line(self) -> str:
+        """The same as JSON."""
+        return _as_json((self.sha, self.removed, self.added, self.entries, self.first))
 
     @property
     def changes(self) -> Changes:
@@ -78,12 +82,12 @@ def _triples(lines: Iterable[str]) -> frozenset[Triple]:
     return frozenset(triple_of(quad.triple) for quad in found)
 
 
-def line_of(triple: Triple) -> str:
-    """Return a fact as the versions hold it: an N-Triples line without its full stop."""
+def _line_of(triple: Triple) -> str:
+    """A fact as the versions hold it: an N-Triples line without its full stop."""
     return str(pyoxigraph.Triple(*engine(triple)))
 
 
-@dataclass
+@dataclass(frozen=True)
 class Versions:
     """A domain's versions. Methods raise KnowledgeError if the repository cannot be read."""
 
@@ -101,44 +105,29 @@ class Versions:
         return cls(domain, repo)
 
     @cached_property
-    def _known(self) -> dict[str, Taught]:
-        """What is known of commits, from the cache and by now; in the order of the cache."""
-        try:
-            found = json.loads(self.repo.cached(f"{self.domain}.json") or b"")
-            if found["form"] != _FORM or not isinstance(found["commits"], list):
-                return {}
-            return {
-                entry[0]: Taught(
-                    str(entry[0]),
-                    tuple(map(str, entry[1])),
-                    tuple(map(str, entry[2])),
-                    tuple((str(a), str(b), str(c)) for a, b, c in entry[3]),
-                    tuple(map(str, entry[4])),
-                )
-                for entry in found["commits"]
-            }
-        except (ValueError, KeyError, TypeError, IndexError, RecursionError):
+    def _known(self) -> dict[str, str]:
+        """The lines of the cache, by sha; none if it was not written so."""
+        digest, _, lines = (self.repo.cached(self.domain) or b"").partition(b"\n")
+        if not lines or digest != _digest(lines):
             return {}
+        return {line[2:42]: line for line in lines.decode().split("\n")}
 
-    def path(self, name: str) -> str:
-        """Return a file's path in the workspace."""
-        return f"kg/{self.domain}/{name}"
-
-    def head(self) -> str | None:
-        """Return the revision that the workspace is at."""
-        return self.repo.head()
+    @property
+    def folder(self) -> str:
+        """The folder of the domain's files in the workspace."""
+        return f"kg/{self.domain}"
 
     def files(self, revision: str | None) -> dict[str, bytes]:
         """Return the files at a revision; those on disk if it is None."""
         if revision is None:
-            return read_files(self.repo.root / "kg" / self.domain, self.repo.root)
-        found = {name: self.repo.read(self.path(name), revision) for name in ALL_FILES}
-        return {name: data for name, data in found.items() if data is not None}
+            return read_files(self.repo.root / self.folder, self.repo.root)
+        blobs = self._blobs(revision)
+        return {name: self.repo.blob(blobs[name]) for name in ALL_FILES if name in blobs}
 
     def edited(self) -> list[str]:
         """Return the names of the files that differ from the last commit."""
-        dirty = self.repo.dirty([self.path(name) for name in ALL_FILES])
-        return [name for name in ALL_FILES if self.path(name) in dirty]
+        dirty = self.repo.dirty([f"{self.folder}/{name}" for name in ALL_FILES])
+        return [path.rpartition("/")[2] for path in dirty]
 
     def between(self, before: Mapping[str, bytes], after: Mapping[str, bytes]) -> Changes:
         """Return what changed from some files to others.
@@ -146,49 +135,41 @@ class Versions:
         Raises:
             KnowledgeError: a file is no valid Turtle; the message names it.
         """
-        pairs = [
-            (n, _reading(before, n, self.path(n)), _reading(after, n, self.path(n)))
-            for n in ALL_FILES
-            if before.get(n) != after.get(n)
-        ]
-        return _difference("", pairs, ()).changes
+        return self._difference("", before, after).changes
 
-    def taught(self) -> Iterator[Taught]:
+    def taught(self, *about: str) -> Iterator[Taught]:
         """Give every commit that changed the domain's files, newest first, with what it changed.
 
+        With texts that what is sought is `about` (N-Triples, names), only those that have one.
         A file that a commit left as no valid Turtle counts as it was before; of a merge only
         what is in none of its parents counts as its own.
         """
-        head, found = self.head(), list[Taught]()
-        known, fresh = self._known, 0
+        head, known = self.repo.head(), self._known
         newest = next(iter(known), None)
         since = newest if head and newest and self.repo.leads_to(newest, head) else None
-        for commit in self.repo.log([f"kg/{self.domain}"], since):
-            one = known.get(commit.sha)
-            fresh += one is None
-            one = one or self.taught_by(commit)
-            found.append(one)
-            yield one
-        if since is not None:
-            found += known.values()
-            yield from known.values()
-        if fresh or len(found) != len(known):
-            told = [[t.sha, t.removed, t.added, t.entries, t.first] for t in found]
-            data = json.dumps({"form": _FORM, "commits": told}, separators=(",", ":"))
-            self.repo.cache(f"{self.domain}.json", data.encode())
-            self.__dict__["_known"] = {t.sha: t for t in found}
+        lines = {
+            commit.sha: known.get(commit.sha) or self.taught_by(commit).line
+            for commit in self.repo.log([self.folder], since)
+        }
+        lines |= known if since else {}
+        if list(lines) != list(known):
+            data = "\n".join(lines.values()).encode()
+            self.repo.cache(self.domain, _digest(data) + b"\n" + data)
+            self.__dict__["_known"] = lines
+        sought = [_as_json(text)[1:-1] for text in about]
+        for line in lines.values():
+            if not sought or any(text in line for text in sought):
+                yield Taught(*json.loads(line))
 
     def taught_by(self, commit: Commit) -> Taught:
         """Return what a commit changed of the domain."""
-        for blobs in (self._tree, self._readable_blobs):
-            now = blobs(commit.sha)
-            parents = [blobs(parent) for parent in commit.parents]
-            try:
-                found = [self._since(commit.sha, now, old) for old in parents or [{}]]
-                break
-            except KnowledgeError:
-                continue  # a version is no valid Turtle: it counts as it was before
-        first = tuple(n for n in ALL_FILES if n in now and not any(n in old for old in parents))
+        now, *old = blobs = [self._blobs(sha) for sha in (commit.sha, *commit.parents)]
+        try:
+            found = self._since(commit.sha, *blobs)
+        except KnowledgeError:
+            now, *old = blobs = [self._readable(sha) for sha in (commit.sha, *commit.parents)]
+            found = self._since(commit.sha, *blobs)
+        first = tuple(n for n in ALL_FILES if n in now and not any(n in each for each in old))
         if len(found) == 1:
             return replace(found[0], first=first)
         removed = set.intersection(*(set(one.removed) for one in found))
@@ -199,60 +180,70 @@ class Versions:
             for key in signs[0]
             if all(key in other for other in signs)
         )
-        return Taught(commit.sha, tuple(sorted(removed)), tuple(sorted(added)), entries, first)
+        return Taught(commit.sha, sorted(removed), sorted(added), entries, first)
 
-    def _since(self, sha: str, now: Mapping[str, str], old: Mapping[str, str]) -> Taught:
-        pairs = []
-        for name in ALL_FILES:
-            if now.get(name) != old.get(name):
-                blobs = (self._data(old.get(name)), self._data(now.get(name)))
-                pairs.append((name, *_differing(*blobs, name, self.path(name))))
-        return _difference(sha, pairs, ())
+    def _since(self, sha: str, now: Mapping[str, str], *parents: Mapping[str, str]) -> list[Taught]:
+        """What a commit changed of each parent, or of nothing if it has none."""
+        found = []
+        for old in parents or [{}]:
+            names = [name for name in ALL_FILES if now.get(name) != old.get(name)]
+            before, after = ({n: self._blob(b[n]) for n in names if n in b} for b in (old, now))
+            found.append(self._difference(sha, before, after))
+        return found
 
-    def _data(self, blob: str | None) -> bytes | None:
-        return None if blob is None else self._blob(blob)
+    @lru_cache(maxsize=16)  # noqa: B019 - a process has few of them
+    def _blob(self, blob: str) -> bytes:
+        return self.repo.blob(blob)
 
-    @cached_property
-    def _blob(self) -> Any:
-        return lru_cache(maxsize=16)(self.repo.blob)
-
-    @cached_property
-    def _tree(self) -> Callable[[str], dict[str, str]]:
+    @lru_cache(maxsize=64)  # noqa: B019
+    def _blobs(self, revision: str) -> dict[str, str]:
         """The blob of each file at a revision, by name."""
-        names = {self.path(name): name for name in ALL_FILES}
+        return self.repo.folder(self.folder, revision)
 
-        @lru_cache(maxsize=64)
-        def tree(revision: str) -> dict[str, str]:
-            found = self.repo.blobs(revision, tuple(names))
-            return {names[path]: blob for path, blob in found.items()}
-
-        return tree
-
-    def _readable_blobs(self, revision: str) -> dict[str, str]:
+    def _readable(self, revision: str) -> dict[str, str]:
         """The same, of the newest readable version of each file that a revision builds on."""
         found = {}
         for name in ALL_FILES:
-            sha, at = revision, self._tree(revision).get(name)
-            while at is not None and not self._readable(at, name):
-                parents = self.repo.commit_of(sha).parents
-                sha = parents[0] if parents else ""
-                at = self._tree(sha).get(name) if sha else None
+            sha, at = revision, self._blobs(revision).get(name)
+            while at is not None and not self._is_readable(at, name):
+                sha = next(iter(self.repo.commit_of(sha).parents), "")
+                at = self._blobs(sha).get(name) if sha else None
             if at is not None:
                 found[name] = at
         return found
 
-    @cached_property
-    def _readable(self) -> Any:
-        @lru_cache(maxsize=4096)
-        def readable(blob: str, name: str) -> bool:
-            try:
-                for _ in parse(self._blob(blob), name):
-                    pass
-            except (SyntaxError, ValueError, KnowledgeError):
-                return False
-            return True
+    @lru_cache(maxsize=4096)  # noqa: B019
+    def _is_readable(self, blob: str, name: str) -> bool:
+        try:
+            return parsed(self._blob(blob), name) is not None
+        except KnowledgeError:
+            return False
 
-        return readable
+    def _difference(
+        self, sha: str, before: Mapping[str, bytes], after: Mapping[str, bytes]
+    ) -> Taught:
+        """What changed in some files. Raises KnowledgeError: one is no valid Turtle."""
+        gone, came = set[str](), set[str]()
+        entries = []
+        for name in ALL_FILES:
+            path = f"{self.folder}/{name}"
+            a, b = before.get(name), after.get(name)
+            if a == b:
+                continue
+            if name in FACT_FILES and a and b and (differing := _lines_that_differ(a, b)):
+                head, *sides = differing
+                for facts, lines in zip((gone, came), sides, strict=True):
+                    facts.update(*(_said(head, line, path) for line in lines))
+                continue
+            old, new = (Reading() if d is None else read(d, name, path) for d in (a, b))
+            gone |= old.facts
+            came |= new.facts
+            for entry in sorted({*old.entries, *new.entries}):
+                was, is_ = old.entries.get(entry), new.entries.get(entry)
+                if was != is_:
+                    sign = "added" if was is None else "removed" if is_ is None else "changed"
+                    entries.append((sign, name, entry))
+        return Taught(sha, sorted(gone - came), sorted(came - gone), entries)
 
     # ---------------------------------------------------------------------------- who taught it
 
@@ -263,7 +254,7 @@ class Versions:
             KnowledgeError: there is no such revision.
         """
         commit = self.repo.commit_of(self.repo.resolve(revision))
-        found = self._known.get(commit.sha) or self.taught_by(commit)
+        found = self.taught_by(commit)
         return (commit, found) if found.removed or found.added or found.entries else None
 
     def answered(self, name: str) -> tuple[Commit, Delta, str]:
@@ -282,11 +273,8 @@ class Versions:
             for told in answers(commit.trailers):
                 if told.number == int(number):
                     delta = one.changes.delta
-                    removed, added = (
-                        taught(told, "-", delta.removed),
-                        taught(told, "+", delta.added),
-                    )
-                    return commit, Delta(removed, added), told.question
+                    gone, came = taught(told, "-", delta.removed), taught(told, "+", delta.added)
+                    return commit, Delta(gone, came), told.question
         raise KnowledgeError(f'there is no answer "{name}"; `adaptbot kg log` tells their ids')
 
     def origins(self, facts: Iterable[Triple], pack: frozenset[Triple]) -> dict[Triple, Origin]:
@@ -294,12 +282,13 @@ class Versions:
 
         `pack` are the facts that the bundled domain came with.
         """
-        wanted = {line_of(triple): triple for triple in facts}
-        head = self.head()
+        wanted = {_line_of(triple): triple for triple in facts}
+        head = self.repo.head()
         committed = facts_of(self.files(head)) if head else frozenset()
         found = {t: UNCOMMITTED for t in wanted.values() if t not in committed}
         left = {line for line, triple in wanted.items() if triple in committed}
-        for one in self.taught() if left else ():
+        subjects = {line.partition(" ")[0] for line in left}
+        for one in self.taught(*subjects) if left else ():
             for line in left.intersection(one.added):
                 found[wanted[line]] = self._origin(one, "+", wanted[line], pack)
             left.difference_update(one.added)
@@ -309,8 +298,8 @@ class Versions:
         self, subject: Node, predicate: Node, pack: frozenset[Triple]
     ) -> Iterator[Turnover]:
         """Give what came and went of one predicate of one thing, newest first."""
-        begin = line_of((subject, predicate, subject)).rpartition(" ")[0] + " "
-        for one in self.taught():
+        begin = _line_of((subject, predicate, subject)).rpartition(" ")[0] + " "
+        for one in self.taught(begin):
             for sign, lines in (("+", one.added), ("-", one.removed)):
                 for triple in sorted(_triples(line for line in lines if line.startswith(begin))):
                     yield Turnover(sign, triple, self._origin(one, sign, triple, pack))
@@ -318,10 +307,10 @@ class Versions:
     def trace(self, fact: str) -> str:
         """Return the answer behind a fact such as `onion IsLiquid true`, from the latest commit."""
         last = fact.rpartition(" ")[2]
-        for one in self.taught():
+        for one in self.taught(last):
             likely = _triples(line for line in one.added if last in line)
             if not one.first and f"+ {fact}" in {short("+", triple) for triple in likely}:
-                told = answers(self.repo.commit_of(one.sha).trailers)
+                told = answers(self._commit(one.sha).trailers)
                 said = (answer.said for answer in told if f"+ {fact}" in answer.facts)
                 return next(said, f"commit {one.sha[:7]}")
         return f"from the {self.domain} as it came"
@@ -348,9 +337,9 @@ class Versions:
             return replace(about, source="hand edit", task="", planner="", transcript="")
         return about
 
-    @cached_property
-    def _commit(self) -> Any:
-        return lru_cache(maxsize=256)(self.repo.commit_of)
+    @lru_cache(maxsize=256)  # noqa: B019
+    def _commit(self, sha: str) -> Commit:
+        return self.repo.commit_of(sha)
 
     def chapter(self, one: Taught) -> Chapter:
         """Return what a commit taught as people read it."""
@@ -386,24 +375,13 @@ def _of_commit(commit: Commit) -> Origin:
 
 def facts_of(files: Mapping[str, bytes]) -> frozenset[Triple]:
     """Return the single facts of some files. Raises KnowledgeError if one is no valid Turtle."""
-    read = (_reading(files, name, name) for name in files)
-    return frozenset().union(*(_triples(one.facts) for one in read))
-
-
-def _reading(files: Mapping[str, bytes], name: str, path: str) -> Reading:
-    return read(files[name], name, path) if name in files else Reading()
+    return frozenset().union(*(_triples(read(files[name], name, name).facts) for name in files))
 
 
 @lru_cache(maxsize=64)
 def read(data: bytes, name: str, path: str) -> Reading:
     """Read a file's facts and entries. Raises KnowledgeError if it is no valid Turtle."""
-    try:
-        triples = [quad.triple for quad in parse(data, path)]
-    except (SyntaxError, ValueError) as error:
-        line = getattr(error, "lineno", None)
-        where = f", line {line}" if line else ""
-        problem = getattr(error, "msg", error)
-        raise KnowledgeError(f"{path}{where}: this is no valid Turtle: {problem}") from error
+    triples = parsed(data, path)
     by_subject: dict[object, list[pyoxigraph.Triple]] = {}
     for triple in triples:
         by_subject.setdefault(triple.subject, []).append(triple)
@@ -445,73 +423,63 @@ def _described(
     return " ; ".join(sorted(lines))
 
 
-def _differing(
-    old: bytes | None, new: bytes | None, name: str, path: str
-) -> tuple[Reading, Reading]:
-    """Read of two versions of a file what differs: only the blocks that do, if they stand alone.
+@lru_cache(maxsize=4096)
+def _said(head: bytes, line: bytes, path: str) -> frozenset[str]:
+    return frozenset(map(str, parsed(head + line, path)))
 
-    Raises:
-        KnowledgeError: one is no valid Turtle.
+
+def _lines_that_differ(
+    old: bytes, new: bytes
+) -> tuple[bytes, frozenset[bytes], frozenset[bytes]] | None:
+    """The prefixes of two versions of a file, and the lines, with subjects, that only one has.
+
+    None where that may not be all that differs: the writer's form alone tells where a block ends,
+    and that it stands for itself.
     """
-    if old is not None and new is not None and (parts := _parts(old, new)) is not None:
-        try:
-            return read(parts[0], name, path), read(parts[1], name, path)
-        except KnowledgeError:
-            pass  # a block that does not stand for itself: look at all of it
-    before, after = (Reading() if d is None else read(d, name, path) for d in (old, new))
-    return before, after
-
-
-def _parts(old: bytes, new: bytes) -> tuple[bytes, bytes] | None:
-    """The blocks that only one of two versions of a file has, each with the prefixes; None if the
-    text does not tell where a block ends, or what it says without the others."""
-    if _prefixes(old) is None or _prefixes(old) != _prefixes(new):
+    head = _HEAD.match(old).end()  # type: ignore[union-attr]
+    start = old.rfind(b"\n\n", 0, _alike(old, new)) + 2
+    rest = _alike(old[: start - 1 : -1], new[: start - 1 : -1])
+    end = old.find(b"\n\n", len(old) - rest) + 1 or len(old)
+    parts = old[start:end], new[start : len(new) - len(old) + end]
+    around = old[head - 1 : start] + old[end:]
+    # A directive, another way to write a subject, a text with lines of its own.
+    if start < head or any(mark in around for mark in (b"<", b'"""', b"'''")):
         return None
-    prefixes = _prefixes(old) or ()
-    before, after = _blocks(old), _blocks(new)
-    texts = []
-    for own, other, data in ((before, after, old), (after, before, new)):
-        changed = [block for block in own if block not in other]
-        for block in changed:
-            if _ALONE.search(block):
-                return None
-            for head in _SUBJECT.findall(block):
-                if data.count(b"\n" + head) + data.startswith(head) > 1:
-                    return None
-        texts.append(b"\n".join([*prefixes, *changed]))
-    return texts[0], texts[1]
+    for part in parts:
+        if not _BLOCKS.fullmatch(part) or _UNCLEAR.search(part):
+            return None
+        if any(b"\n" + subject in around for subject in _SUBJECT.findall(part)):
+            return None
+    before, after = (frozenset(_with_subjects(part)) for part in parts)
+    return old[:head], before - after, after - before
 
 
-@lru_cache(maxsize=8)
-def _prefixes(data: bytes) -> tuple[bytes, ...] | None:
-    """The prefixes that hold all over a file; None where blocks may mean more than they say."""
-    found = tuple(_PREFIX.findall(data[: data.rfind(b"@prefix") + 1000]))
-    names = {prefix.split()[1].partition(b"<")[0] for prefix in found}
-    if len(found) != len(names) or data.count(b"@prefix") != len(names):
-        return None
-    if data.count(b"<") > len(found) and _DIRECTIVE.search(data):
-        return None
-    return None if b'"""' in data or b"'''" in data else found
+def _with_subjects(blocks: bytes) -> Iterator[bytes]:
+    """The lines of blocks of the writer's form, each with its subject."""
+    subject = b""
+    for line in blocks.split(b"\n"):
+        if line.startswith(b"    "):
+            yield subject + line + b"\n.\n"
+        elif line[:1] not in (b"", b".", b"#"):
+            subject = line[: line.index(b" ")]
+            yield line + b"\n.\n"
 
 
-@lru_cache(maxsize=8)
-def _blocks(data: bytes) -> dict[bytes, None]:
-    return dict.fromkeys(data.removeprefix(BOM.encode()).replace(b"\r\n", b"\n").split(b"\n\n"))
+def _alike(one: bytes, other: bytes) -> int:
+    """How many bytes two texts begin with alike."""
+    low, high = 0, min(len(one), len(other))
+    while low < high:
+        middle = (low + high + 1) // 2
+        if one[low:middle] == other[low:middle]:
+            low = middle
+        else:
+            high = middle - 1
+    return low
 
 
-def _difference(
-    sha: str, pairs: Iterable[tuple[str, Reading, Reading]], first: Sequence[str]
-) -> Taught:
-    """What changed in some files: by name, what each said before and says now."""
-    before, after = set[str](), set[str]()
-    entries = []
-    for name, old, new in pairs:
-        before |= old.facts
-        after |= new.facts
-        for entry in sorted({*old.entries, *new.entries}):
-            a, b = old.entries.get(entry), new.entries.get(entry)
-            if a != b:
-                sign = "added" if a is None else "removed" if b is None else "changed"
-                entries.append((sign, name, entry))
-    gone, came = tuple(sorted(before - after)), tuple(sorted(after - before))
-    return Taught(sha, gone, came, tuple(entries), tuple(first))
+def _as_json(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def _digest(lines: bytes) -> bytes:
+    return hashlib.sha256(lines).hexdigest().encode()

@@ -8,7 +8,14 @@ from adaptbot_cli.adapters.transcript.documents import FORMAT, Document, describ
 from adaptbot_cli.adapters.transcript.leftover import LeftOver, left_over
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
 from adaptbot_cli.adapters.transcript.player import Player
-from adaptbot_cli.adapters.transcript.reading import has_ended, read, read_cut, unfinished
+from adaptbot_cli.adapters.transcript.reading import (
+    has_end,
+    header_of,
+    read,
+    read_cut,
+    text_of,
+    unfinished,
+)
 from adaptbot_cli.adapters.transcript.recorder import Recorder
 
 __all__ = [
@@ -23,9 +30,11 @@ __all__ = [
     "describe",
     "dump",
     "finished",
-    "has_ended",
+    "has_end",
+    "header_of",
     "left_over",
     "read",
     "read_cut",
+    "text_of",
     "unfinished",
 ]

@@ -1,15 +1,19 @@
 """Finds the runs that have left questions open, and the plans that wait for the answers."""
 
+import re
 from collections.abc import Iterator, Mapping, Set
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from adaptbot_cli.adapters.transcript.documents import Document, key_of, said
 from adaptbot_cli.adapters.transcript.memory import Memory
-from adaptbot_cli.adapters.transcript.reading import has_ended, read_cut
+from adaptbot_cli.adapters.transcript.reading import has_end, header_in, parse_cut, text_of
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import LATER, UNKNOWN, YES, Key
+from adaptbot_cli.core.questions import LATER, STOP, UNKNOWN, YES, Key
 from adaptbot_cli.errors import UsageError
+
+_PUTS_OFF = re.compile(rf"answer['\"]?\s*:\s*['\"]?(?:{LATER.value}|{STOP.value})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,26 +45,37 @@ def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
     """
     found: list[LeftOver] = []
     seen: set[object] = set()
-    later = [(path.stem, frozenset(_unknown(turns))) for path, _, turns in _read(sittings)]
-    for path, header, turns in _read(folder):
-        since = {key for stem, keys in later if stem > path.stem for key in keys}
-        run = _left_over(path, header, turns, since)
-        key = (normal(run.task), run.domain, tuple(sorted(map(normal, run.requires))), run.without)
-        if key in seen:
-            continue
-        seen.add(key)
-        if run.plan and (not has_ended(path) or any(_put_off(turn) for turn in turns)):
-            found.append(run)
+    later = [
+        (path.stem, frozenset(_unknown(turns)))
+        for path, text in _texts(sittings)
+        if UNKNOWN in text
+        for _, turns in _parsed(path, text)
+    ]
+    for path, text in _texts(folder):
+        ended = has_end(text)
+        # Of what has ended and put nothing off the header alone is read.
+        whole = not ended or _PUTS_OFF.search(text)
+        for header, turns in _parsed(path, text if whole else header_in(text)):
+            since = {key for stem, keys in later if stem > path.stem for key in keys}
+            run = _left_over(path, header, turns, since)
+            requires = tuple(sorted(map(normal, run.requires)))
+            key = (normal(run.task), run.domain, requires, run.without)
+            if key not in seen and run.plan and (not ended or any(map(_put_off, turns))):
+                found.append(run)
+            seen.add(key)
     return found
 
 
-def _read(folder: Path) -> Iterator[tuple[Path, Document, list[Document]]]:
+def _texts(folder: Path) -> Iterator[tuple[Path, str]]:
     """The transcripts of a folder, newest first; whatever else lies there is none."""
     for path in sorted(folder.glob("*.yaml"), reverse=True):
-        try:
-            yield path, *read_cut(path)
-        except UsageError:
-            continue
+        with suppress(UsageError):
+            yield path, text_of(path)
+
+
+def _parsed(path: Path, text: str) -> Iterator[tuple[Document, list[Document]]]:
+    with suppress(UsageError):
+        yield parse_cut(path, text)
 
 
 def _left_over(path: Path, header: Document, turns: list[Document], since: set[Key]) -> LeftOver:
@@ -84,4 +99,4 @@ def _unknown(turns: list[Document]) -> Iterator[Key]:
 def _put_off(turn: Document) -> bool:
     """Whether a question was put off that knowledge answers, not one about the plan alone."""
     asked = turn["turn"] == "ask" and turn.get("kind") not in ("mend", "reading", "goal")
-    return asked and turn.get("answer") in (LATER.value, "stop")
+    return asked and turn.get("answer") in (LATER.value, STOP.value)

@@ -8,6 +8,7 @@ from typing import Any
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.transcript.documents import FORMAT, Document
 from adaptbot_cli.errors import UsageError
+from adaptbot_cli.resources import root_of
 
 
 def _count(value: Any) -> bool:
@@ -57,7 +58,7 @@ def read(path: Path) -> tuple[Document, list[Document]]:
     Raises:
         UsageError: the file cannot be read, or is no transcript; the message says where.
     """
-    data = bounded.read_bytes(path, bounded.YAML, UsageError)
+    data = bounded.read_bytes(path, bounded.YAML, UsageError, root=root_of(path))
     name = f"{path} is no transcript: it"
     return _checked(path, bounded.parse_yaml(bounded.decode(data, name, UsageError), name))
 
@@ -87,7 +88,22 @@ def read_cut(path: Path) -> tuple[Document, list[Document]]:
     Raises:
         UsageError: the file cannot be read, or is no transcript.
     """
-    text = _text(path)
+    return parse_cut(path, text_of(path))
+
+
+def header_of(path: Path) -> Document:
+    """Return a transcript's header; its turns are not looked at. Raises UsageError."""
+    return parse_cut(path, header_in(text_of(path)))[0]
+
+
+def header_in(text: str) -> str:
+    """Return the first document of a transcript's text."""
+    head, _, rest = text.partition("\n---\n")
+    return f"{head}\n" if rest else head
+
+
+def parse_cut(path: Path, text: str) -> tuple[Document, list[Document]]:
+    """Do as `read_cut` does with the text of a file."""
     documents: list[Any] = []
     parts = text.split("\n---\n")
     for number, part in enumerate(parts, start=1):
@@ -113,27 +129,29 @@ def unfinished(folder: Path) -> list[Path]:
     gone_on: set[str] = set()
     for path in sorted(folder.glob("*.yaml"), reverse=True):
         try:
-            text = _text(path)
-            if path.stem not in gone_on and not _has_end(text):
-                read_cut(path)
+            text = text_of(path)
+            if path.stem not in gone_on and not has_end(text):
+                parse_cut(path, text)
                 found.append(path)
         except UsageError:  # what else lies in the folder is no run
             continue
-        gone_on |= set(_RESUMES.findall(text.split("\n---\n")[0]))
+        gone_on |= set(_RESUMES.findall(header_in(text)))
     return found
 
 
-def has_ended(path: Path) -> bool:
-    """Tell whether a transcript tells the end of its run. Raises UsageError."""
-    return _has_end(_text(path))
-
-
-def _has_end(text: str) -> bool:
+def has_end(text: str) -> bool:
+    """Tell whether a transcript's text tells the end of its run."""
     return text.rpartition("\n---\n")[2].startswith("turn: finished")
 
 
-def _text(path: Path) -> str:
-    return bounded.read_bytes(path, bounded.YAML, UsageError).decode("utf-8", "replace")
+def text_of(path: Path) -> str:
+    """Return a transcript's text; one of a workspace is reached through no link.
+
+    Raises:
+        UsageError: it cannot be read.
+    """
+    data = bounded.read_bytes(path, bounded.YAML, UsageError, root=root_of(path))
+    return data.decode("utf-8", "replace")
 
 
 _RESUMES = re.compile(r"^resumes: ['\"]?(.+?)['\"]?$", re.MULTILINE)

@@ -20,9 +20,10 @@ from adaptbot_cli.core.faults import faults
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned
+from tests.adapters.store.kills import at_one
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs fork")
-PROCESSES, COMMITS = 8, 25
+PROCESSES, COMMITS, TURNS = 8, 25, 8
 PLACES = ["fridge", "table", "sink", "stove", "oven", "cabinet", "rack", "countertop"]
 
 
@@ -94,6 +95,45 @@ def test_eight_processes_with_25_commits_each(tmp_path: Path) -> None:
     assert all(str(place).rsplit("/", 1)[-1] in said for said in refused)
     if shutil.which("git"):
         subprocess.run(["git", "fsck", "--strict"], cwd=root, check=True, capture_output=True)
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="there is no git binary here")
+def test_writers_beside_plain_git_commits_lose_nothing(tmp_path: Path) -> None:
+    """Two that learn, two people at `git commit`: all of it is there, and index, files and HEAD
+    say the same in the end."""
+    root = tmp_path / "home"
+    keeper(root)
+    before = len(list(Repo.open_or_init(root).log()))
+
+    def git(*args: str) -> bool:
+        named = ["git", "-c", "user.name=User", "-c", "user.email=user@example.org", *args]
+        return subprocess.run(named, cwd=root, capture_output=True).returncode == 0
+
+    def work(number: int) -> str:
+        if number < 2:
+            one = Keeper(root, "kitchen", ORIGIN)
+            for turn in range(TURNS):
+                one.keep(item(f"thing_{number}_{turn}", "fridge"))
+            return "learned"
+        for turn in range(TURNS):
+            note = f"note_{number}_{turn}"
+            (root / note).write_text(note)
+            tries = iter(range(1_000))  # git does not wait for a lock
+            while not (git("add", note) and git("commit", "-q", "-m", note, "--", note)):
+                next(tries)
+        return "committed"
+
+    assert in_processes(work, 4) == ["learned"] * 2 + ["committed"] * 2
+    kg, repo = begun(root).kg, Repo.open_or_init(root)
+    turns = range(TURNS)
+    assert all(kg.find(f"thing_{number}_{turn}") for number in (0, 1) for turn in turns)
+    notes = [f"note_{number}_{turn}" for number in (2, 3) for turn in turns]
+    assert [note for note in notes if repo.read(note, "HEAD") != note.encode()] == []
+    assert len(list(repo.log())) == before + 4 * TURNS
+    assert at_one(root)
+    status = subprocess.run(["git", "status", "--porcelain"], cwd=root, capture_output=True)
+    assert status.stdout == b""
+    assert git("fsck", "--strict")
 
 
 def test_a_run_that_started_before_another_learned_keeps_what_both_learned(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper, create
+from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.errors import KnowledgeError
 from tests.adapters.store.homes import ORIGIN, begun, files, item, keeper, leek
 
@@ -143,6 +144,44 @@ def test_a_folder_that_may_not_be_written_changes_nothing(folder: str) -> None:
         said = apart(as_another)
         assert "ermission" in said and "not a sentence" not in said, said
         assert files(root) == before
+
+
+@AS_ROOT
+@NEEDS_GIT
+def test_two_accounts_of_a_group_write_what_is_shared_by_it() -> None:
+    """Each with a umask that lets nobody else write; each over what the other has written."""
+    with tempfile.TemporaryDirectory() as name:
+        root = Path(name) / "home"
+        root.mkdir()
+        git(root, "init", "-q", "--shared=group")
+        keeper(root).keep(item("beet", "sink"))
+        list(Versions.of(root, "kitchen").taught())  # another account may not import what it takes
+        Path(name).chmod(0o755)
+        for path in (root, *root.rglob("*")):
+            os.chown(path, 65001, 65010)
+            path.chmod(0o2775 if path.is_dir() else path.stat().st_mode)
+
+        def by(account: int, work: Callable[[], object]) -> None:
+            def as_account() -> None:
+                os.setgroups([])
+                os.setgid(65010)
+                os.setuid(account)
+                os.umask(0o022)
+                os.environ["HOME"] = name
+                work()
+
+            assert apart(as_account) == ""
+
+        by(65001, lambda: Keeper(root, "kitchen", ORIGIN).keep(leek("fridge")))
+        by(65002, lambda: Keeper(root, "kitchen", ORIGIN).keep(item("chard", "table")))
+        by(65002, lambda: list(Versions.of(root, "kitchen").taught()))
+        by(65001, lambda: Keeper(root, "kitchen", ORIGIN).keep(item("okra", "sink")))
+        by(65001, lambda: list(Versions.of(root, "kitchen").taught()))
+        kg = begun(root).kg
+        assert all(kg.find(thing) for thing in ("leek", "chard", "okra"))
+        owners = {path.stat().st_uid for path in (root / ".git/objects").rglob("*")}
+        assert {65001, 65002} <= owners
+        git(root, "-c", "safe.directory=*", "fsck", "--strict")
 
 
 @NEEDS_GIT

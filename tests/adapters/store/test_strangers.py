@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli import session
+from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.store.trailers import answers, compose, parse
 from adaptbot_cli.adapters.store.versions import Versions
-from adaptbot_cli.errors import KnowledgeError
+from adaptbot_cli.adapters.transcript import header_of, left_over, read, read_cut, unfinished
+from adaptbot_cli.errors import KnowledgeError, PackError, UsageError
+from adaptbot_cli.session.building import recording
 from adaptbot_cli.workspace import Workspace, find
 from tests.adapters.store.homes import ORIGIN, begun, item, keeper, leek
 
@@ -56,6 +59,57 @@ def test_linked_transcripts_are_refused(root: Path, tmp_path: Path) -> None:
     (root / "transcripts").symlink_to(tmp_path)
     with pytest.raises(KnowledgeError, match="symbolic link"):
         _ = Workspace(root).transcripts
+
+
+@pytest.mark.parametrize("folder", ["transcripts", "transcripts/sittings"])
+def test_a_transcript_is_neither_read_nor_written_through_a_link(
+    root: Path, tmp_path: Path, folder: str
+) -> None:
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    with recording(outside / "run.yaml", begun(root).kg, {"task": "tea", "domain": "kitchen"}):
+        pass
+    assert [path.stem for path in unfinished(outside)] == ["run"]
+    before = (outside / "run.yaml").read_bytes()
+
+    (root / folder).parent.mkdir(exist_ok=True)
+    (root / folder).symlink_to(outside)  # the folder is a link
+    refused = set((root / folder).glob("*.yaml")) | {root / folder / "new.yaml"}
+    _refuse(root, refused)
+    (root / folder).unlink()
+    (root / folder).mkdir(parents=True)
+    (root / folder / "run.yaml").symlink_to(outside / "run.yaml")  # the file is one
+    _refuse(root, {root / folder / "run.yaml"})
+    assert unfinished(root / folder) == [] == left_over(root / folder, root / "none")
+    assert [path.name for path in outside.iterdir()] == ["run.yaml"]
+    assert (outside / "run.yaml").read_bytes() == before
+
+    with recording(root / folder / "own.yaml", begun(root).kg, {"task": "tea"}) as recorder:
+        recorder.ended()
+    assert read(root / folder / "own.yaml")[0]["task"] == "tea"
+
+
+def _refuse(root: Path, paths: set[Path]) -> None:
+    """Make sure that transcripts are neither read nor written."""
+    for path in paths:
+        for look in (read, read_cut, header_of):
+            with pytest.raises(UsageError, match="symbolic link"):
+                look(path)
+        with pytest.raises(KnowledgeError, match="symbolic link"):
+            recording(path, begun(root).kg, {}).__enter__()
+
+
+def test_a_library_plan_is_not_read_through_a_link(root: Path, tmp_path: Path) -> None:
+    outside = tmp_path / "tea.plan"
+    outside.write_text("---\nnames: [tea]\n---\nwait(1)\n")
+    library = root / "prompts/library/kitchen"
+    library.mkdir(parents=True)
+    (library / "tea.plan").symlink_to(outside)
+    with pytest.raises(PackError, match="symbolic link"):
+        read_library(*Workspace(root).library("kitchen"))
+    (library / "tea.plan").unlink()
+    outside.rename(library / "tea.plan")
+    assert any("tea" in plan.names for plan in read_library(library))
 
 
 def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(root: Path) -> None:

@@ -273,7 +273,7 @@ def test_an_empty_document_can_be_filled() -> None:
     "text", ["ex:a ex:b ex:c .", HEAD + "ex:a ex:b", HEAD + "ex:a ex:b 'x", "<a <b> <c> .", "}"]
 )
 def test_what_is_not_turtle_is_refused_by_name(text: str) -> None:
-    with pytest.raises(KnowledgeError, match=r"kg/x\.ttl is not valid Turtle"):
+    with pytest.raises(KnowledgeError, match=r"kg/x\.ttl, line [13]: this is no valid Turtle"):
         rewrite(text, [], [], "kg/x.ttl")
 
 
