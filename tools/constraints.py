@@ -59,7 +59,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing, run nothing")
     parser.add_argument("--write", action="store_true", help="write, but run nothing")
     options = parser.parse_args()
-    needed = dict(resolved("--group", "build"))
+    needed = {name for name, _ in resolved("--group", "build")}
     entries = resolved("--group", "build", "--extra", "dev")
     base = "".join(entry for name, entry in entries if name in needed)
     dev = "".join(entry for name, entry in entries if name not in needed)
