@@ -85,21 +85,33 @@ def folder(root: Path, path: str = "", make: bool = False) -> Iterator[int]:
     handle = os.open(root, flags)
     try:
         for part in PurePosixPath(path).parts:
+            made = False
             if make:
                 with suppress(FileExistsError):
                     os.mkdir(part, dir_fd=handle)
                     os.fsync(handle)
+                    made = True
             try:
                 below = os.open(part, flags | os.O_NOFOLLOW, dir_fd=handle)
             except OSError as error:
                 if error.errno not in (errno.ELOOP, errno.ENOTDIR):
                     raise
                 raise not_wanted(root / path, "folder", part, handle) from error
+            if made:
+                _shared(below, handle)
             os.close(handle)
             handle = below
         yield handle
     finally:
         os.close(handle)
+
+
+def _shared(file: int, folder: int) -> None:
+    """Let the group write what was made in a folder that it may write, whatever the umask."""
+    group = os.fstat(folder).st_mode & (stat.S_IWGRP | stat.S_ISGID)
+    mode = os.fstat(file).st_mode
+    if group & stat.S_IWGRP and os.fstat(file).st_uid == os.geteuid():
+        os.fchmod(file, stat.S_IMODE(mode | (group if stat.S_ISDIR(mode) else stat.S_IWGRP)))
 
 
 def not_wanted(path: Path, wanted: str, name: str, handle: int) -> KnowledgeError:
@@ -129,6 +141,8 @@ def unlinked(root: Path, path: PurePath, flags: int = os.O_RDONLY, make: bool = 
         if not stat.S_ISREG(os.fstat(file).st_mode):
             os.close(file)
             raise not_wanted(root / path, "file", path.name, handle)
+        if make:
+            _shared(file, handle)
         return file
 
 

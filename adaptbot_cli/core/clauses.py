@@ -142,13 +142,16 @@ class Clauses:
         """Whether a new task begins here: by its verb, or by its name where nothing is excluded.
 
         After a comma it may be the only one, and what is excluded have come first: "no milk, tea".
+        What is counted is asked for: "without chives and two teas".
         """
         first = next((p for p in after if p.role not in ("word", "number", "measure")), None)
         verbs = [w for p in after[:1] for w in p.words if p.role == "word" and w in english.VERBS]
         if first is None or first.role != "name":
             return bool(verbs)
         verbal = first.task is not None and not first.thing and self._verbal(first)
-        only = comma and not self.drafts and not any(p.task for p in after if p is not first)
+        counted = any(p.role == "number" or {"a", "an"} & {*p.words} for p in after[:1])
+        alone = not self.drafts and not any(p.task for p in after if p is not first)
+        only = counted or (comma and alone)
         if verbs or verbal or (first.task is not None and (only or self.mode != "without")):
             return True
         # "... and a ham sandwich": what ends in a dish is one

@@ -14,6 +14,7 @@ import pytest
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper, create
 from adaptbot_cli.adapters.store.versions import Versions
+from adaptbot_cli.bounded import open_text
 from adaptbot_cli.errors import KnowledgeError
 from tests.adapters.store.homes import ORIGIN, begun, files, item, keeper, leek
 
@@ -177,6 +178,9 @@ def test_two_accounts_of_a_group_write_what_is_shared_by_it() -> None:
         by(65002, lambda: list(Versions.of(root, "kitchen").taught()))
         by(65001, lambda: Keeper(root, "kitchen", ORIGIN).keep(item("okra", "sink")))
         by(65001, lambda: list(Versions.of(root, "kitchen").taught()))
+        for n, account in enumerate((65001, 65002, 65001)):
+            by(account, lambda n=n: open_text(root / f"transcripts/{n}.yaml", root).close())
+            by(account, lambda: open_text(root / "transcripts/0.yaml", root).close())
         kg = begun(root).kg
         assert all(kg.find(thing) for thing in ("leek", "chard", "okra"))
         owners = {path.stat().st_uid for path in (root / ".git/objects").rglob("*")}
