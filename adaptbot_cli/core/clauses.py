@@ -288,8 +288,8 @@ class Clauses:
         if not part.thing:
             return True
         follows = next((p for p in after if p.role != "word"), None)
-        it = after and set(after[0].words) & english.IT
-        object_ = it or (follows is not None and (follows.thing or follows.several))
+        named = after and set(after[0].words) & (english.IT | english.DETERMINERS)
+        object_ = named or (follows is not None and (follows.thing or follows.several))
         return self.current is None or (self.joined and bool(object_) and len(part.words) < 2)
 
     def _begin(self, part: Phrase) -> None:
@@ -577,7 +577,7 @@ class Clauses:
         place = draft.place
         if place and naming.among_goals(place):
             things = tuple(dict.fromkeys((*things, place)))
-        name = " ".join(dict.fromkeys(draft.words)) or sentence_list(things)
+        name = " ".join(dict.fromkeys(draft.words)).removesuffix(" with") or sentence_list(things)
         read = Task(
             name,
             things,

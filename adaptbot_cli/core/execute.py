@@ -77,7 +77,10 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
             yield Finding("E503", f"what was asked for is not at {task.place}", task.place)
     if task.amount > 1:
         rows = kg.rows(kg.domain.servings, {}) if kg.domain.servings else []
-        served = len({row["vessel"] for row in rows})
+        # What was made before, for another task, is no serving of this one.
+        inside = [e for name in task.required for e in kg.find(name)]
+        vessels = {row["vessel"] for row in rows}
+        served = sum(any(_within(e, vessel, kg) for e in inside) for vessel in vessels)
         if served < task.amount:
             made = f"the plan makes {served}" if served else "no plan counts what it makes"
             yield Finding("E506", f"{task.amount} are asked for, and {made}", str(task.amount))
