@@ -7,12 +7,14 @@ and that is said of one thing is an attribute: a person can be asked for it.
 """
 
 import itertools
+import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rdflib import RDFS
+from rdflib import RDFS, Literal
 
 from adaptbot_cli.bounded import PLAN, read_bytes
 from adaptbot_cli.core.names import normal
@@ -31,19 +33,19 @@ _HEAD = """@prefix ab: <urn:adaptbot:> .
 
 _DOMAIN = """ab:{name} a ab:Domain ;
     rdfs:label "{name}" ;
-    rdfs:comment "The PDDL domain {source}." ;
+    rdfs:comment {source} ;
     ab:namespace "http://example.org/" ;
-    ab:agent ex:the_robot ;
+    ab:agent ex:TheRobot ;
     ab:wordField "noun.artifact", "noun.object", "noun.food" ;
     ab:verbField "verb.contact", "verb.possession", "verb.change", "verb.motion" ;
     ab:filler "a", "an", "the", "please" .
 
-ex:type_robot a rdfs:Class ; rdfs:label "robot" .
+ex:Type_robot a rdfs:Class ; rdfs:label "robot" .
 
-ex:type_anything a rdfs:Class ; rdfs:label "thing" .
+ex:Type_anything a rdfs:Class ; rdfs:label "thing" .
 
-ex:name a rdf:Property ; rdfs:label "name" ; ab:graph ab:attribute ;
-    rdfs:domain ex:type_anything ; rdfs:range xsd:string ; ab:functional true .
+ex:Name a rdf:Property ; rdfs:label "name" ; ab:graph ab:attribute ;
+    rdfs:domain ex:Type_anything ; rdfs:range xsd:string ; ab:functional true .
 
 """
 
@@ -99,13 +101,24 @@ class _Pack:
             if len(fluent.signature) > 2
         ]
         refused += [f"the durative action {a.name}" for a in read.actions if hasattr(a, "duration")]
+        for what, these in (("things", read.all_objects), ("types", read.user_types),
+                            ("actions", read.actions), ("predicates", read.fluents)):  # fmt: skip
+            names = Counter(normal(each.name) for each in these)
+            refused += [f"{what} that are called {name} alike" for name in names if names[name] > 1]
+            odd = [name for name in (*names, self.task) if not re.fullmatch(r"[a-z0-9_]+", name)]
+            refused += [f"{name!r}, which is no name" for name in odd]
         if refused:
             raise KnowledgeError(
-                f"{self.source} has {', '.join(refused)}: a graph of facts about two things cannot "
-                "hold that. Rewrite it without."
+                f"{self.source} has {', '.join(refused[:5])}: a pack, a graph of facts about two "
+                "things, cannot hold that. Rewrite it without."
             )
         effects = (effect for action in read.actions for effect in action.effects)
         self.changed = {effect.fluent.fluent().name for effect in effects}
+
+    @property
+    def task(self) -> str:
+        """The name of the problem's task."""
+        return normal(self.read.name or self.problem or "problem")
 
     def files(self) -> dict[str, bytes]:
         """The five files."""
@@ -124,12 +137,13 @@ class _Pack:
         return sorted((f for f in self.read.fluents if f.type.is_bool_type()), key=str)
 
     def _domain(self) -> Iterator[str]:
-        yield _DOMAIN.format(name=self.name, source=self.source)
+        source = Literal(f"The PDDL domain {self.source}.").n3()
+        yield _DOMAIN.format(name=self.name, source=source)
         for order, kind in enumerate(self.read.user_types, start=1):
-            above = _type(kind.father) if kind.father else "ex:type_anything"
+            above = _type(kind.father) if kind.father else "ex:Type_anything"
             yield (
                 f"{_type(kind)} a rdfs:Class ; rdfs:subClassOf {above} ;\n"
-                f'    rdfs:label "{normal(kind.name)}" ; ab:nameProperty ex:name ;\n'
+                f'    rdfs:label "{normal(kind.name)}" ; ab:nameProperty ex:Name ;\n'
                 f"    ab:kindOrder {order} ; ab:prompted true .\n\n"
             )
         for fluent in self._fluents():
@@ -138,7 +152,7 @@ class _Pack:
             told = normal(fluent.name).replace("_", " ")
             lines = [
                 f'{_predicate(fluent)} a rdf:Property ; rdfs:label "{told}" ;',
-                f"    ab:graph ab:{graph} ; rdfs:domain {(kinds or ['ex:type_robot'])[0]} ; "
+                f"    ab:graph ab:{graph} ; rdfs:domain {(kinds or ['ex:Type_robot'])[0]} ; "
                 f"rdfs:range {kinds[1] if len(kinds) > 1 else 'xsd:boolean'}",
             ]
             lines[1] += f' ; ab:functional true ; ab:stateWord "{told}"' if len(kinds) < 2 else ""
@@ -159,7 +173,7 @@ class _Pack:
             f'[ ab:name "{names[p.name]}" ; ab:class {_type(p.type)} ]' for p in action.parameters
         )
         parts = [
-            f'ex:do_{name} a ab:Action ;\n    rdfs:label "{name}"',
+            f'ex:Do_{name} a ab:Action ;\n    rdfs:label "{name}"',
             f'    ab:explain "{name.replace("_", " ")}"',
             f"    ab:parameters ( {parameters} )",
         ]
@@ -218,21 +232,21 @@ class _Pack:
         true = {str(atom) for atom in self._facts()}
         for thing in sorted(self.read.all_objects, key=str):
             lines = [f"{_thing(thing)} rdf:type {_type(thing.type)} ;",
-                     f'    ex:name "{normal(thing.name)}" ;']  # fmt: skip
+                     f'    ex:Name "{normal(thing.name)}" ;']  # fmt: skip
             for fluent in filter(self._lasts, self._fluents()):
                 if fluent.signature[0].type in [*_above(thing.type)]:
                     told = str(str(fluent(thing)) in true).lower()
                     lines.append(f"    {_predicate(fluent)} {told} ;")
             yield "\n".join([*lines, ".\n\n"])
-        yield "ex:the_robot rdf:type ex:type_robot ;\n.\n"
+        yield "ex:TheRobot rdf:type ex:Type_robot ;\n.\n"
 
     def _state(self) -> Iterator[str]:
         for atom in sorted(self._facts(), key=str):
             if not self._lasts(atom.fluent()):
-                yield _atom(atom, _Names(())).replace("?agent", "ex:the_robot") + "\n"
+                yield _atom(atom, _Names(())).replace("?agent", "ex:TheRobot") + "\n"
 
     def _task(self) -> str:
-        name = normal(self.read.name or self.problem)
+        name = self.task
         goals = self._conditions(self.read.goals, _Names(()), str)
         return (
             f'ab:task_{name} a ab:Task ;\n    rdfs:label "{name.replace("_", " ")}" ;\n'
@@ -347,12 +361,15 @@ def _above(kind: Any) -> Iterator[Any]:
         kind = kind.father
 
 
+# Things have small letters alone, so that no other name here can be one of them.
+
+
 def _type(kind: Any) -> str:
-    return f"ex:type_{normal(kind.name)}"
+    return f"ex:Type_{normal(kind.name)}"
 
 
 def _predicate(fluent: Any) -> str:
-    return f"ex:is_{normal(fluent.name)}"
+    return f"ex:Is_{normal(fluent.name)}"
 
 
 def _thing(thing: Any) -> str:

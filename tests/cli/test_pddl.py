@@ -138,3 +138,14 @@ def test_what_a_graph_cannot_hold_is_refused_in_a_sentence(name: str, tmp_path: 
         packed(path, None, "odd")
     with pytest.raises(UsageError):
         packed(tmp_path / "none.pddl", None, "odd")
+
+
+def test_the_name_of_a_file_is_text_and_names_that_are_one_here_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / 'gripper" . ex:x ex:y "\\.pddl'
+    path.write_text((DATA / "gripper.pddl").read_text(encoding="utf-8"), encoding="utf-8")
+    domain = load_kg(packed(path, None, "gripper"), "gripper").domain
+    assert path.stem in domain.comment
+    alike = (DATA / "gripper-problem.pddl").read_text(encoding="utf-8").replace("ball-2", "ball_1")
+    (tmp_path / "problem.pddl").write_text(alike, encoding="utf-8")
+    with pytest.raises(KnowledgeError, match="called ball_1 alike"):
+        packed(DATA / "gripper.pddl", tmp_path / "problem.pddl", "gripper")
