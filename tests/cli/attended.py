@@ -3,6 +3,7 @@
 import os
 import re
 import termios
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -57,17 +58,30 @@ class Tty:
         return " ".join(re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", self.screen).split())
 
 
-@contextmanager
-def tty(home: Home, *arguments: str, **env: str) -> Iterator[Tty]:
-    """Run a command in a terminal of 80 columns that is gone afterwards, however the test went."""
+class _Terminal(fdspawn):  # type: ignore[misc]
+    """A terminal whose person takes a moment before the keys, as with `pexpect.spawn`."""
+
+    def send(self, s: str) -> int:
+        time.sleep(0.05)
+        return int(super().send(s))
+
+
+def begin(home: Home, *arguments: str, rows: int = 50, **env: str) -> tuple[Any, Process]:
+    """Run a command in a terminal; return the terminal, as pexpect has it, and the process."""
     environment = home.environment(
         **{"TERM": "xterm-256color", "PROMPT_TOOLKIT_NO_CPR": "1", **env}
     )
-    master, screen = os.openpty()
-    termios.tcsetwinsize(screen, (50, COLUMNS))
+    keys, screen = os.openpty()
+    termios.tcsetwinsize(screen, (rows, COLUMNS))
     command = forking.start(arguments, home.folder, environment, (screen,) * 3, terminal=True)
     os.close(screen)
-    opened = Tty(fdspawn(master, encoding="utf-8", timeout=60), command)
+    return _Terminal(keys, encoding="utf-8", timeout=60), command
+
+
+@contextmanager
+def tty(home: Home, *arguments: str, **env: str) -> Iterator[Tty]:
+    """Run a command in a terminal of 80 columns that is gone afterwards, however the test went."""
+    opened = Tty(*begin(home, *arguments, **env))
     try:
         yield opened
     finally:

@@ -51,12 +51,13 @@ class Process:
                 self._code = os.waitstatus_to_exitcode(int(self._connection.recv(64)))
         return self._code
 
-    def kill(self) -> None:
-        """Kill it, if it still runs, as nothing can be held back from."""
+    def kill(self, how: int = signal.SIGKILL) -> None:
+        """Send it a signal, if it still runs; of SIGKILL, see the end."""
         if self._code is None:
             with suppress(ProcessLookupError):
-                os.kill(self.pid, signal.SIGKILL)
-            self.wait()
+                os.kill(self.pid, how)
+            if how == signal.SIGKILL:
+                self.wait()
 
 
 def start(

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 from adaptbot_cli.adapters.store.git import Repo
+from tests.cli.attended import begin
 from tests.cli.command import Home
 
 COLUMNS = 80
@@ -41,15 +42,7 @@ class Terminal:
 
     def __init__(self, home: Home, *arguments: str, command: str = "run", **env: str) -> None:
         self.home = home
-        self.process: Any = pexpect.spawn(
-            sys.executable,
-            ["-m", "adaptbot_cli", command, *arguments],
-            cwd=str(home.folder),
-            dimensions=(40, COLUMNS),
-            encoding="utf-8",
-            timeout=60,
-            env=home.environment(**{"TERM": "xterm-256color", "PROMPT_TOOLKIT_NO_CPR": "1", **env}),
-        )
+        self.process, self.command = begin(home, command, *arguments, rows=40, **env)
         self.screen = ""
 
     def sees(self, text: str) -> "Terminal":
@@ -75,8 +68,7 @@ class Terminal:
         """Wait for the end; return the exit code."""
         self.process.expect(pexpect.EOF)
         self.screen += self.process.before
-        self.process.close()
-        return int(self.process.exitstatus)
+        return self.command.wait()
 
 
 @contextmanager
@@ -86,7 +78,8 @@ def terminal(home: Home, *arguments: str, command: str = "run", **env: str) -> I
     try:
         yield opened
     finally:
-        opened.process.close(force=True)
+        opened.command.kill()
+        opened.process.close()
 
 
 @pytest.fixture
@@ -158,7 +151,7 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
         if way == "key":
             opened.process.send(CTRL_C)
         else:
-            opened.process.kill(signal.SIGINT)
+            opened.command.kill(signal.SIGINT)
         if question in ("kind", "place", "review"):
             opened.answers(("Keep what you have told so far", "n"))
         assert opened.ends() == 130
@@ -390,12 +383,12 @@ def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -
     with terminal(home, *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.waits("What do you know of shallot")
-        opened.process.kill(signal.SIGINT if way == "ctrl-c" else signal.SIGKILL)
+        opened.command.kill(signal.SIGINT if way == "ctrl-c" else signal.SIGKILL)
         if way == "ctrl-c":
             opened.answers(("Keep what you have told so far", "n"))
             assert opened.ends() == 130
         else:
-            opened.process.wait()
+            opened.command.wait()
     if way == "cut":
         (path,) = (home.workspace / "transcripts").glob("*.yaml")
         path.write_bytes(path.read_bytes() + b"---\nturn: ask\nkind: place\nabout: shal")
