@@ -4,6 +4,7 @@ A real HTTP server in threads of this process. It gives its answers in order, th
 again, and keeps what it was asked. `GET /v1/models` and Ollama's `GET /api/tags` list its models.
 """
 
+import gzip
 import json
 import threading
 import time
@@ -212,6 +213,29 @@ def whole(**message: Any) -> Answer:
         told = {"id": "1", "object": "chat.completion", "created": 1, "model": "m",
                 "choices": [choice], "usage": USAGE}  # fmt: skip
         to.give(200, told)
+
+    return answer
+
+
+def sse(text: str) -> bytes:
+    """The events of an answer, in one piece."""
+    choice = {"index": 0, "delta": {"content": text}, "finish_reason": "stop"}
+    chunk = {"id": "1", "object": "chat.completion.chunk", "created": 1, "model": "m",
+             "choices": [choice]}  # fmt: skip
+    return f"data: {json.dumps(chunk)}\n\ndata: [DONE]\n\n".encode()
+
+
+def packed(data: bytes) -> Answer:
+    """Answer with a stream that is packed."""
+    body = gzip.compress(data, 1)
+
+    def answer(to: Handler) -> None:
+        to.send_response(200)
+        for name, told in (("Content-Type", "text/event-stream"), ("Content-Encoding", "gzip"),
+                           ("Content-Length", str(len(body)))):  # fmt: skip
+            to.send_header(name, told)
+        to.end_headers()
+        to.wfile.write(body)
 
     return answer
 

@@ -17,8 +17,12 @@ from typing import Any
 from rdflib import RDFS, Literal
 
 from adaptbot_cli.bounded import PLAN, read_bytes
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.clock import EndlessError, within
+from adaptbot_cli.core.names import normal, sound
 from adaptbot_cli.errors import KnowledgeError, UsageError
+
+_SECONDS = 30
+"""How long a text may take to be read. Domains of competitions take two seconds at most."""
 
 INSTALL = "pip install 'adaptbot-cli[pddl]'"
 
@@ -65,7 +69,9 @@ def packed(domain: Path, problem: Path | None, name: str) -> dict[str, bytes]:
     texts = [_text(path) for path in (domain, problem) if path]
     told = " and ".join(str(path) for path in (domain, problem) if path)
     try:
-        read = PDDLReader().parse_problem_string(*texts)
+        read = within(lambda: PDDLReader().parse_problem_string(*texts), told, _SECONDS)
+    except EndlessError:
+        raise KnowledgeError(f"{told} could not be read in {_SECONDS} s: make it smaller") from None
     except Exception as error:  # its grammar's, and its own checks of types, of many kinds
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise KnowledgeError(f"{told} is no PDDL that can be read: {reason}") from None
@@ -137,7 +143,7 @@ class _Pack:
         return sorted((f for f in self.read.fluents if f.type.is_bool_type()), key=str)
 
     def _domain(self) -> Iterator[str]:
-        source = Literal(f"The PDDL domain {self.source}.").n3()
+        source = Literal(f"The PDDL domain {sound(self.source)}.").n3()
         yield _DOMAIN.format(name=self.name, source=source)
         for order, kind in enumerate(self.read.user_types, start=1):
             above = _type(kind.father) if kind.father else "ex:Type_anything"

@@ -71,8 +71,7 @@ def take_over(
     pack = packed(domain, problem, called)
     kg = load_kg(pack, f"kg/{called}")
     written = {f"kg/{called}/{file}": data for file, data in pack.items()}
-    files = " and ".join(path.name for path in (domain, problem) if path)
-    message = f"domain: import {called} from {files}"
+    message = f"domain: import {called} from PDDL"  # a file's name is a stranger's text
     return Started(kg, create(workspace.root, written, workspace.own_files(), message))
 
 

@@ -5,6 +5,7 @@ import logging
 import os
 import re
 import threading
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -70,13 +71,36 @@ def _handler(_proxies: tuple[tuple[str, str], ...]) -> Any:
 
 
 def _bound(response: Any) -> None:
-    stream, response.stream = response.stream, _Bounded(response.stream)
-    headers = response.headers
+    headers, stream = response.headers, response.stream
+    if headers.get("content-encoding", "").strip().lower() in ("gzip", "deflate"):
+        del headers["content-encoding"]
+        stream = _Unpacked(stream)
+    response.stream = _Bounded(stream)
     streamed = re.search(rb'"stream":\s*true', getattr(response.request, "_content", b""))
     plain = headers.get("content-type", "").startswith("application/json")
     if streamed and plain and response.status_code == 200 and "content-encoding" not in headers:
         headers["content-type"] = "text/event-stream"
         response.stream = _AsEvents(stream)
+
+
+class _Unpacked(httpx.SyncByteStream):
+    """The bytes of a packed answer, a little at a time: its limit is that of what it says."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __iter__(self) -> Iterator[bytes]:
+        packed = zlib.decompressobj(wbits=47)
+        for piece in self._stream:
+            left = piece
+            while left:
+                yield packed.decompress(left, 1 << 16)
+                left = packed.unconsumed_tail
+        yield packed.flush()
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._stream.close()
 
 
 class _Bounded(httpx.SyncByteStream):

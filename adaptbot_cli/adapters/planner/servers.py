@@ -15,6 +15,7 @@ from urllib.request import (
 )
 
 from adaptbot_cli import bounded
+from adaptbot_cli.core.clock import EndlessError, within
 from adaptbot_cli.errors import ModelError
 
 OLLAMA = "http://127.0.0.1:11434"
@@ -67,7 +68,8 @@ def _rank(model: Mapping[str, Any]) -> tuple[bool, int, str]:
 def _can_plan(model: Mapping[str, Any]) -> bool:
     name, details = str(model["name"]).lower(), model.get("details")
     details = details if isinstance(details, dict) else {}
-    families = set(details.get("families") or [details.get("family")])
+    told = details.get("families")
+    families = {str(each) for each in (told if isinstance(told, list) else [details.get("family")])}
     chats = not families or bool(families - _FAMILIES_WITHOUT_CHAT)
     return chats and not any(part in name for part in _NO_PLANNERS)
 
@@ -82,11 +84,15 @@ def served(api_base: str, key: str | None = None) -> list[str]:
 
 def _get(address: str, key: str | None = None, seconds: float = _SECONDS) -> Any:
     headers = {"Authorization": f"Bearer {key}"} if key else {}
-    try:
+
+    def answered() -> Any:
         request = Request(address, headers=headers)
         with _opener(address).open(request, timeout=seconds) as answer:
             return bounded.parse_json(answer.read(_MOST_BYTES), "its answer", ModelError)
-    except (OSError, ValueError, HTTPException, ModelError):
+
+    try:
+        return within(answered, address, 2 * seconds)  # a timeout of the socket ends no drip
+    except (OSError, ValueError, HTTPException, ModelError, EndlessError):
         return None
 
 

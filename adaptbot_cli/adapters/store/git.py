@@ -115,6 +115,7 @@ class Repo:
             used = not os.environ.get("GIT_CONFIG_GLOBAL") and os.access(folder, os.X_OK)
             pygit2.settings.search_path[level] = folder if used and Path(folder).is_dir() else ""
         with _telling(holder):
+            _refuse_pipes(holder)
             try:
                 found = pygit2.Repository(str(holder))
             except pygit2.GitError as error:
@@ -126,6 +127,7 @@ class Repo:
                 ) from error
             if found.is_bare:
                 return None
+            _refuse_borrowed(holder, Path(found.path))
             config = Path(found.path) / "config"
             if config.is_file() and b"\0" in config.read_bytes():  # libgit2 stops there, silently
                 raise KnowledgeError(
@@ -760,6 +762,42 @@ class Repo:
         with suppress(OSError):
             return stat.S_IMODE(path.stat().st_mode)
         return None
+
+
+_READ_WHOLE = ("HEAD", "index", "config", "commondir", "packed-refs", "shallow",
+               "info/attributes", "info/exclude", "objects/info/alternates")  # fmt: skip
+"""What libgit2 reads of a repository before anything is asked of it."""
+
+
+def _refuse_pipes(holder: Path) -> None:
+    """Refuse a repository in which reading would wait for ever. Raises KnowledgeError."""
+    git = holder / ".git"
+    paths = [git / name for name in _READ_WHOLE]
+    paths += [holder / ".gitattributes", holder / ".gitignore"]
+    for folder, _, names in os.walk(git / "refs"):
+        paths += [Path(folder) / name for name in names]
+    for path in paths:
+        with suppress(OSError):
+            if not stat.S_ISREG(path.stat().st_mode):
+                raise KnowledgeError(f"{path} is not used: it is no regular file; move it away.")
+
+
+def _refuse_borrowed(holder: Path, git: Path) -> None:
+    """Refuse a folder that names a repository which does not name it: what is written here would
+    go into somebody's other work. Raises KnowledgeError."""
+    at = holder / ".git"
+    if at.is_dir() and not at.is_symlink():
+        return
+    back = git / "gitdir"  # of a worktree; a submodule has its folder in its configuration
+    told = back.read_text("utf-8", "replace").strip() if back.is_file() else ""
+    config = _pygit2().Config(str(git / "config")) if (git / "config").is_file() else {}
+    told = told or (str(config["core.worktree"]) if "core.worktree" in config else "")
+    named = Path(os.path.normpath(git / told)) if told else git
+    if at.is_symlink() or named not in (at, holder):
+        raise KnowledgeError(
+            f"{at} leads to {git}, which is the repository of another folder. If it is meant to be "
+            f"that of this one, `git --git-dir {git} config core.worktree {holder}` says so."
+        )
 
 
 def _commit(commit: "pygit2.Commit", parents: tuple[str, ...]) -> Commit:

@@ -115,3 +115,11 @@ def test_the_model_on_board_comes_last(tmp_path: Path, monkeypatch: pytest.Monke
     assert choose(None, {}, KEY).model == "gpt-4o-mini"
     with serving(models=("qwen",)) as at:
         assert choose(None, {}, {"OLLAMA_API_BASE": at.root}).model == "ollama_chat/qwen"
+
+
+@pytest.mark.parametrize("families", [5, [["x"], 5], {"a": 1}, "clip"])
+def test_a_server_that_tells_nonsense_of_its_models_is_no_fault(families: object) -> None:
+    details = {"odd:1b": {"size": 1_000_000, "details": {"family": ["x"], "families": families}}}
+    with serving(models=tuple(details), details=details) as at:
+        server = ollama({"OLLAMA_API_BASE": at.root})
+        assert server is not None and server.plans == ("odd:1b",)

@@ -2,6 +2,7 @@
 
 import re
 import time
+import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -121,6 +122,16 @@ def _litellm_is_loaded(kg: Kg) -> None:
         Model("openai/planner", Prompts(bundled("prompts"), kg), asking).propose(
             Propose(task_for("make omelette", kg))
         )
+
+
+def peak(work: Callable[[], object]) -> int:
+    """How many bytes some work has held at once."""
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
 
 
 def test_an_answer_is_streamed_counted_and_asked_for_as_told(ask: Ask) -> None:
@@ -295,6 +306,12 @@ def test_an_answer_that_comes_whole_is_read_as_if_it_were_streamed(ask: Ask) -> 
             "function": {"name": "wait", "arguments": '{"time": 5}'}}  # fmt: skip
     told = parse(ask(server.whole(content=None, tool_calls=[call])).text)
     assert [written.call.render() for written in told.calls] == ["wait(time=5)"]
+
+
+def test_a_packed_answer_is_bounded_by_what_it_says(ask: Ask) -> None:
+    assert ask(server.packed(server.sse(PLAN))).text == PLAN
+    bomb = server.packed(b"data: " + b" " * 200_000_000)
+    assert peak(lambda: ask(bomb, seconds=60)) < 100_000_000
 
 
 def test_a_refusal_is_the_answers_text(ask: Ask) -> None:

@@ -247,3 +247,30 @@ def test_a_group_may_write_what_is_shared_by_it(root: Path) -> None:
     made = Repo.open_or_init(root).head() or ""
     assert (root / ".git/objects" / made[:2]).stat().st_mode & 0o020
     assert (root / ".git/refs/heads/main").exists()
+
+
+@pytest.mark.parametrize("how", ["file", "link"])
+def test_the_repository_of_another_folder_is_not_written(
+    root: Path, tmp_path: Path, how: str
+) -> None:
+    victim = tmp_path / "victim"
+    shutil.copytree(root, victim)
+    shutil.rmtree(root / ".git")
+    if how == "file":
+        (root / ".git").write_text(f"gitdir: {victim / '.git'}\n")
+    else:
+        (root / ".git").symlink_to(victim / ".git")
+    before = {p: p.read_bytes() for p in victim.rglob("*") if p.is_file()}
+    with pytest.raises(KnowledgeError, match="the repository of another folder"):
+        Keeper(root, "kitchen", ORIGIN).keep(item("okra", "fridge"))
+    assert {p: p.read_bytes() for p in victim.rglob("*") if p.is_file()} == before
+
+
+@pytest.mark.parametrize(
+    "name", [".git/index", ".git/refs/heads/main", ".git/shallow", ".git/config", ".gitattributes"]
+)
+def test_a_pipe_in_a_repository_is_refused_and_not_waited_for(root: Path, name: str) -> None:
+    (root / name).unlink(missing_ok=True)
+    os.mkfifo(root / name)
+    with pytest.raises(KnowledgeError, match="no regular file"):
+        Repo.open(root)
