@@ -14,7 +14,7 @@ from rdflib.term import Node
 from adaptbot_cli.core import english
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import normal, sentence_list, words
+from adaptbot_cli.core.names import normal, sentence_list, singulars, words
 from adaptbot_cli.core.naming import BOUNDARIES, PARTICLES, Naming, Phrase
 from adaptbot_cli.core.plan import Constraint, Goal, Task
 from adaptbot_cli.core.terms import TRUE
@@ -373,11 +373,26 @@ class Clauses:
         if self.mode == "without" and part.role == "for":  # "replace sugar for honey"
             self.mode = "with"
             return
+        if part.role == "for":
+            self._for_whom(after)
         if part.role == "to" and follows is not None and follows.role == "unread":
             self.mode = "to"
         self.mode = part.role
         if not after or after[0].role in ("stop", "comma", "and"):
             self.mode = "main"
+
+    def _for_whom(self, after: Sequence[Phrase]) -> None:
+        """Count the people that something is for: "for me and my wife" are two."""
+        told = list(takewhile(lambda p: p.role in ("word", "and"), after))
+        words = [word for part in told for word in part.words]
+        several = [word for word in words if word in english.EVERYONE]
+        people = [w for w in words if w in english.PEOPLE | english.PERSONS]
+        alone = not any(singulars(word) or word in english.CROWDS for word in people)
+        joined = any(part.role == "and" for part in told) and len(people) > 1
+        if several:
+            self._miss(f"for {several[0]}")
+        elif joined and alone and self.naming.cooks and self.current is not None:
+            self.current.amount = max(self.current.amount, len(people))
 
     def _placed(self, part: Phrase) -> None:
         """A name behind a preposition: where something goes, comes from, or what it is for."""
@@ -433,15 +448,22 @@ class Clauses:
             self.vessel = last.thing
 
     def _number(self, part: Phrase, after: Sequence[Phrase]) -> None:
-        if self.mode == "for":
+        named = [p for p in after if p.role not in ("word", "of")]
+        follows = next(iter(named), None)
+        into = named[1] if self.naming.cooks and len(named) > 1 else None
+        # "a 3 egg omelette" and "3 eggs omelette" are one; "3 cheese sandwiches" are three
+        head = into if follows is not None and follows.thing and not follows.task else follows
+        made_of = head is not None and head.task and (head is into or head.words[1:])
+        one = made_of and head is not None and not singulars(head.words[-1])
+        said = set(follows.words) if follows is not None else set()
+        odd = self.naming.cooks and one and part.number > 1 and not said & english.MEASURES
+        if follows is not None and (odd or said & english.UNITS):
+            self._miss(f"{part.text} {follows.text}")
+        elif self.mode == "for":
             if self.current is not None:
                 self.current.amount = max(part.number, 1)
             else:
                 self.number = part.number
-            return
-        follows = next((p for p in after if p.role not in ("word", "of")), None)
-        if follows is not None and set(follows.words) & english.UNITS:
-            self._miss(f"{part.text} {follows.text}")
         elif follows is not None and follows.role in ("name", "measure"):
             self.number = 0 if part.words == ("one",) or part.number == 1 else part.number
         elif part.number != 1 or part.words == ("1",):
@@ -456,7 +478,10 @@ class Clauses:
         belongs = belongs or (word in english.PEOPLE and self.mode != "to")
         just = self.mode == "with" and (verb or word == "just")
         question = before is None and word in english.QUESTIONS
-        if not (ordinary or belongs) or like or just or question:
+        joins = before is not None and before.role in BOUNDARIES
+        late = word == "first" and joins and bool(self.drafts)  # "tea, but first a salad"
+        vague = word in english.VAGUE and not joins
+        if not (ordinary or belongs) or like or just or question or late or vague:
             self._miss(part.text)
         if verb or word in self.naming.domain.fillers:
             self.asked = self.asked or word not in english.GRAMMAR

@@ -43,10 +43,14 @@ IT = _words("it them")
 MORE = _words("extra plenty lots more some just")
 """Words before what is wanted after all: "no tomato, extra cheese"."""
 
+VAGUE = _words("extra plenty lots lot whole")
+"""Quantities that no plan measures, unless they only join what is wanted after all."""
+
 CONDITIONS = _words("""
     only if unless until while when whenever before after during since each every another other how
     what why where whose was were been being did had under over above below between against
-    tomorrow yesterday later almost less least fewer half easy cold hot raw
+    tomorrow yesterday later almost less least fewer half easy cold hot raw barely hardly
+    scarcely double triple keep leave optional anywhere
 """)
 """Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
@@ -113,6 +117,15 @@ PEOPLE = _words("""
     sister neighbour neighbours neighbor neighbors visitor visitors colleague colleagues
     everyone everybody someone somebody girlfriend boyfriend
 """)
+PERSONS = _words("me you him her them us myself yourself")
+"""Pronouns of whom something is for."""
+
+CROWDS = _words("family people children us them you")
+"""More than one, without an s; how many, nobody has said."""
+
+EVERYONE = _words("everyone everybody all both")
+"""People whose number nobody has said."""
+
 OCCASIONS = _words("""
     breakfast lunch dinner supper brunch tea-time teatime snack meal dessert starter picnic
     party morning afternoon evening weekend

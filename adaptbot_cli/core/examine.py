@@ -126,8 +126,11 @@ def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
     for n, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
         action = bound.action.name if bound else ""
         named = {"", *(scene.kg.name(v) for v in bound.values.values())} if bound else set()
+        taken = bound.action.visible[0].classes if bound and bound.action.visible else ()
         for refused, thing in task.refused:
-            if refused == action and thing in named:
+            # What the action does not take itself it is done to in a vessel: eggs that are stirred.
+            inside = not any(scene.kg.is_a(e, taken) for e in scene.kg.find(thing))
+            if refused == action and (thing in named or inside):
                 said = f"the request excludes {action} {thing}".strip().replace("_", " ")
                 yield Finding("E505", said, action, step=n)
         used = {*(bound.values.values() if bound else ())}
