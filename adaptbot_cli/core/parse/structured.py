@@ -167,6 +167,7 @@ class Structures:
     """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
 
     def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Words) -> None:
+        self._scripted = False
         self._text = text
         self._read = read
         self._words = words
@@ -488,14 +489,15 @@ class Structures:
         """Read a line of a program for a simulator or planner: `[WALK] <sink> (1)`, `(cut egg)`."""
         line = self._text[content:end]
         match = _BRACKETS.match(self._text, start, end)
-        if match and (match[2].strip() or self._is_action(match[1])):
+        if match and (match[2].strip() or self._is_action(match[1]) or self._scripted):
+            self._scripted = self._scripted or bool(match[2].strip())
             args = tuple(name.strip() for name in re.findall(r"<([^<>]*)>", match[2]))
             name = self._words.proper(match[1].strip().lower().replace(" ", "_"))
             call = keyworded(name, [("", arg) for arg in args])
             return [Item(match.start(1) - 1, match[0].strip(), call)]
         whole = _PDDL.fullmatch(line)
         if whole is None:
-            return []
+            return list(self._grouped(content, end)) if line.lstrip().startswith("(") else []
         found = []
         for part in _ATOM.finditer(self._text, content + whole.start(2), content + whole.end(2)):
             if not (fenced or whole[1] or self._is_action(part[1])):
@@ -506,6 +508,27 @@ class Structures:
             )
         return found
 
+    def _grouped(self, start: int, end: int) -> Iterator[Item]:
+        """Read the steps of a line of nested groups: `(seq (cut egg) (fry egg))`."""
+        atoms = [a for a in _ATOM.finditer(self._text, start, end)
+                 if a[2].strip() and self._is_action(a[1])]  # fmt: skip
+        for atom in atoms:
+            args = [("", arg) for arg in atom[2].split()]
+            yield Item(atom.start(), atom[0], keyworded(atom[1], args))
+        left = _ATOM.sub(lambda a: "" if a[2].strip() and self._is_action(a[1]) else a[0],
+                         self._text[start:end])  # fmt: skip
+        if atoms and not _IN_ORDER.fullmatch(left):
+            told = shown(self._text[start:end].strip())
+            message = (
+                f"{told} has {shown(left.strip())} around its steps, which is no step of a plan"
+            )
+            yield Item(start, self._text[start:end].strip(), code="P103", message=message)
+
+
+_IN_ORDER = re.compile(
+    r"(?:[\s()]|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*", re.IGNORECASE
+)
+"""What may stand around steps that come one after the other."""
 
 _TAGGED = ("action", "name", "tool_name", "function_name", "function", "tool")
 _OPEN = re.compile(
