@@ -188,7 +188,9 @@ class Writer:
         return [lines[0], *("    " * depth + line for line in lines[1:])]
 
     def _object(self, term: Any, about: Mapping[Any, list[Any]], depth: int) -> str:
-        if isinstance(term, Literal) and "\n" in term.value and len(about) > 1:
+        # In a document of CRLF a break within a text would be another text.
+        several = isinstance(term, Literal) and "\n" in term.value and self.newline == "\n"
+        if several and len(about) > 1:
             return self._long(term)
         if term not in about or isinstance(term, NamedNode):
             return self.term(term)
@@ -205,7 +207,7 @@ class Writer:
         """A text of several lines in a block with blank nodes: the queries of an action."""
         text = term.value.replace("\\", "\\\\").replace('"', '\\"').replace("\r", "\\r")
         hidden = _HIDDEN.sub(lambda m: m[0] if m[0] in "\n\t" else f"\\u{ord(m[0]):04X}", text)
-        return f'"""{hidden}"""'.replace("\n", self.newline)
+        return f'"""{hidden}"""'
 
     @staticmethod
     def _rank(predicate: Any) -> int:

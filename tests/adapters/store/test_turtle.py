@@ -344,3 +344,10 @@ def test_time_grows_with_the_document_only() -> None:
     changed = rewrite(text, [], [(EX.item_005000, EX.q, Literal(True))], "x.ttl")
     assert time.perf_counter() - started < 60
     assert len(changed) == len(text) + len("    ex:q true ;\n")
+
+
+def test_a_text_of_two_lines_stays_the_same_where_lines_end_in_crlf() -> None:
+    text = "@prefix ex: <http://example.org/> .\r\nex:zest ex:parts ( ex:a [ ex:c 1 ] ) .\r\n"
+    zest, name = URIRef("http://example.org/zest"), URIRef("http://example.org/says")
+    after = rewrite(text, set(), {(zest, name, Literal("one\ntwo"))}, "x.ttl")
+    assert (zest, name, Literal("one\ntwo")) in Graph().parse(data=after, format="turtle")
