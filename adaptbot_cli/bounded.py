@@ -109,9 +109,10 @@ def folder(root: Path, path: str = "", make: bool = False) -> Iterator[int]:
 def _shared(file: int, folder: int) -> None:
     """Let the group write what was made in a folder that it may write, whatever the umask."""
     group = os.fstat(folder).st_mode & (stat.S_IWGRP | stat.S_ISGID)
-    mode = os.fstat(file).st_mode
-    if group & stat.S_IWGRP and os.fstat(file).st_uid == os.geteuid():
-        os.fchmod(file, stat.S_IMODE(mode | (group if stat.S_ISDIR(mode) else stat.S_IWGRP)))
+    made = os.fstat(file)
+    if group & stat.S_IWGRP and made.st_uid == os.geteuid():
+        more = group if stat.S_ISDIR(made.st_mode) else stat.S_IWGRP
+        os.fchmod(file, stat.S_IMODE(made.st_mode | more))
 
 
 def not_wanted(path: Path, wanted: str, name: str, handle: int) -> KnowledgeError:

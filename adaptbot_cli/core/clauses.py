@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from itertools import takewhile
 
 from rdflib import URIRef, Variable
-from rdflib.term import Node
 
 from adaptbot_cli.core import english
 from adaptbot_cli.core.domain import Action
@@ -421,18 +420,11 @@ class Clauses:
         """Whether every thing named so far is where it is to be taken from."""
         kg = self.naming.kg
         things = [*(self.current.things if self.current else ()), *(p.thing for p in self.pending)]
-        places = set(kg.find(place))
-        for thing in filter(None, things):
-            at: list[Node] = list(kg.find(thing)[:1])
-            seen: set[Node] = set()
-            while at and not seen & places:
-                node = at.pop()
-                if node not in seen:
-                    seen.add(node)
-                    at += [o for p in kg.domain.locations for o in kg.facts.objects(node, p)]
-            if not seen & places:
-                return False
-        return True
+        places = kg.find(place)
+        return all(
+            any(e in places or kg.is_within(e, at) for e in kg.find(thing)[:1] for at in places)
+            for thing in filter(None, things)
+        )
 
     def _of(self, after: Sequence[Phrase]) -> None:
         """A vessel of something: "a glass of water"."""

@@ -63,7 +63,7 @@ def check_goal(scene: Scene) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
 def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
     """What the words of the request ask for besides, and what does not hold."""
     for content, vessel in task.inside:
-        if not any(_within(e, place, kg) for e in kg.find(content) for place in kg.find(vessel)):
+        if not any(kg.is_within(e, place) for e in kg.find(content) for place in kg.find(vessel)):
             yield Finding("E503", f"there is no {content} in the {vessel}", content)
     for name, prop in task.states:
         if not any((entity, prop, TRUE) in kg.facts for entity in kg.find(name)):
@@ -72,7 +72,7 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
     if task.place and not any(goal.places for goal in task.goals):
         things = [e for name in task.required if name != task.place for e in kg.find(name)[:1]]
         there = kg.find(task.place)
-        found = [_within(e, place, kg) for e in things for place in there]
+        found = [kg.is_within(e, place) for e in things for place in there]
         if not any(found) or (not kg.domain.products and sum(found) < len(things)):
             yield Finding("E503", f"what was asked for is not at {task.place}", task.place)
     if task.amount > 1:
@@ -80,23 +80,10 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
         # What was made before, for another task, is no serving of this one.
         inside = [e for name in task.required for e in kg.find(name)]
         vessels = {row["vessel"] for row in rows}
-        served = sum(any(_within(e, vessel, kg) for e in inside) for vessel in vessels)
+        served = sum(any(kg.is_within(e, vessel) for e in inside) for vessel in vessels)
         if served < task.amount:
             made = f"the plan makes {served}" if served else "no plan counts what it makes"
             yield Finding("E506", f"{task.amount} are asked for, and {made}", str(task.amount))
-
-
-def _within(thing: Node, place: Node, kg: Kg) -> bool:
-    """Whether a thing is in or on a place, or in something that is."""
-    at, seen = [thing], {thing}
-    while at:
-        node = at.pop()
-        on = {o for prop in kg.domain.locations for o in kg.facts.objects(node, prop)} - seen
-        if place in on:
-            return True
-        seen |= on
-        at += sorted(on, key=str)
-    return False
 
 
 def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:

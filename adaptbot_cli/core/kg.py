@@ -368,6 +368,18 @@ class Kg:
         """Tell whether an entity is stated to be of this very kind."""
         return (entity, RDF.type, kind.iri) in self.facts
 
+    def is_within(self, thing: Node, place: Node) -> bool:
+        """Tell whether a thing is now in or on a place, or in something that is."""
+        at, seen = [thing], {thing}
+        while at:
+            node = at.pop()
+            on = {o for p in self.domain.locations for o in self.facts.objects(node, p)} - seen
+            if place in on:
+                return True
+            seen |= on
+            at += on
+        return False
+
     def kind_label(self, entity: Node) -> str:
         """Return in a word what an entity is, from its class."""
         return next((kind.label for kind in self._kinds(entity)), "thing")

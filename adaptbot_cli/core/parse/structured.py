@@ -502,21 +502,17 @@ class Structures:
         for part in _ATOM.finditer(self._text, content + whole.start(2), content + whole.end(2)):
             if not (fenced or whole[1] or self._is_action(part[1])):
                 return []
-            args = tuple(part[2].split())
-            found.append(
-                Item(part.start(), part[0], keyworded(part[1], [("", arg) for arg in args]))
-            )
+            found.append(_step_of(part))
         return found
 
     def _grouped(self, start: int, end: int) -> Iterator[Item]:
         """Read the steps of a line of nested groups: `(seq (cut egg) (fry egg))`."""
-        atoms = [a for a in _ATOM.finditer(self._text, start, end)
-                 if a[2].strip() and self._is_action(a[1])]  # fmt: skip
-        for atom in atoms:
-            args = [("", arg) for arg in atom[2].split()]
-            yield Item(atom.start(), atom[0], keyworded(atom[1], args))
-        left = _ATOM.sub(lambda a: "" if a[2].strip() and self._is_action(a[1]) else a[0],
-                         self._text[start:end])  # fmt: skip
+        at, left, atoms = start, "", 0
+        for atom in _ATOM.finditer(self._text, start, end):
+            if atom[2].strip() and self._is_action(atom[1]):
+                yield _step_of(atom)
+                left, at, atoms = left + self._text[at : atom.start()], atom.end(), atoms + 1
+        left += self._text[at:end]
         if atoms and not _IN_ORDER.fullmatch(left):
             told = shown(self._text[start:end].strip())
             message = (
@@ -561,6 +557,12 @@ _PDDL = re.compile(
     r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?",
     re.IGNORECASE,
 )
+
+
+def _step_of(atom: re.Match[str]) -> Item:
+    """The step of an action and its arguments in parentheses."""
+    args = [("", arg) for arg in atom[2].split()]
+    return Item(atom.start(), atom[0], keyworded(atom[1], args))
 
 
 def _key(written: str) -> str:
