@@ -122,6 +122,20 @@ def says(
     return answer
 
 
+def shows(*parts: tuple[str, threading.Event]) -> Answer:
+    """Stream a text part by part, each of which waits until the test has seen the one before."""
+
+    def answer(to: Handler) -> None:
+        to.begin()
+        for part, seen in parts:
+            to.event({"content": part})
+            seen.wait(60)
+        to.event({}, "stop", usage=USAGE)
+        to.end()
+
+    return answer
+
+
 def pieces(text: str) -> list[str]:
     """Cut a text into pieces of seven characters, so that words, calls and keys are split."""
     return [text[start : start + 7] for start in range(0, len(text), 7)]

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from adaptbot_cli.session.loading import load
 from adaptbot_cli.workspace import Workspace, find
 from tests import loopback as server
 from tests.cli.command import Home
-from tests.loopback import Answer, Loopback, refuses, says, serving
+from tests.loopback import Answer, Loopback, refuses, says, serving, shows
 
 KEY = "sk-planted-0123456789-abcdef"
 PLAN = """\
@@ -279,8 +280,9 @@ def test_ctrl_c_ends_a_stream_at_once_and_keeps_the_answers(home: Home) -> None:
 
 
 def test_a_terminal_sees_the_answer_come_and_nothing_acts_on_it(home: Home) -> None:
-    hostile = "\x1b]0;owned\x07 [red]x[/red] \u202e\n" + TEA
-    with serving(refuses(503, "x"), says(hostile, pause=0.03)) as at:
+    odd, plan = threading.Event(), threading.Event()
+    hostile = "\x1b]0;owned\x07 [red]x[/red] \u202e\n"
+    with serving(refuses(503, "x"), shows((hostile, odd), (TEA, plan))) as at:
         process: Any = pexpect.spawn(
             sys.executable,
             ["-m", "adaptbot_cli", "run", "make tea", "--dry-run", "--no-human", *live(at)],
@@ -291,16 +293,18 @@ def test_a_terminal_sees_the_answer_come_and_nothing_acts_on_it(home: Home) -> N
             env=home.environment(TERM="xterm-256color"),
         )
         seen = ""
-        for text in (
-            "make tea",
-            "waiting for openai/planner",
-            "failed (503); trying",
-            "␛]0;owned␇ [red]x[/red]",
-            'pick_up_obj("water")',
-            "executable, goal met",
+        for text, then in (
+            ("make tea", None),
+            ("waiting for openai/planner", None),
+            ("failed (503); trying", None),
+            ("␛]0;owned␇ [red]x[/red]", odd),
+            ('pick_up_obj("tea")', plan),
+            ("executable, goal met", None),
         ):
             process.expect_exact(text)
             seen += process.before + process.after
+            if then:
+                then.set()
         process.expect(pexpect.EOF)
         process.close()
     assert process.exitstatus == 0

@@ -43,6 +43,7 @@ UNFINISHED: Final = ".git.adaptbot-"
 
 _ROOM: Final = 256 * 1024
 """Bytes that a commit may need: with less, a failure without a reason is the full disk's."""
+_FULL: Final = "No space left on the disk"
 
 _SHA: Final = re.compile(r"[0-9a-f]{40}")
 _ODD: Final = re.compile(r"^/|//|\.\.|[:@?*\[\\]|[\x00-\x20\x7f]")
@@ -856,6 +857,11 @@ def _pygit2() -> Any:
     return pygit2
 
 
+def _full(place: Path) -> bool:
+    """Is the disk full? libgit2 then raises with the words of an older error, or with none."""
+    return shutil.disk_usage(place if place.is_dir() else place.parent).free < _ROOM
+
+
 @contextmanager
 def _telling(place: Path) -> Iterator[None]:
     """Turn errors of libgit2 into a KnowledgeError that says what to do."""
@@ -879,14 +885,15 @@ def _telling(place: Path) -> Iterator[None]:
                 f"The git repository of {place} cannot be written by adaptbot: {told}; choose a "
                 "workspace outside it with --workspace."
             ) from error
-        if shutil.disk_usage(place if place.is_dir() else place.parent).free < _ROOM:
-            told = "No space left on the disk"  # libgit2 does not always say so
+        if _full(place):
+            told = _FULL
         raise KnowledgeError(
             f"The git repository of {place} could not be used: {told}; `git fsck` tells more."
         ) from error
     except OSError as error:
+        told = error.strerror or (_FULL if _full(place) else str(error))
         raise KnowledgeError(
-            f"The git repository of {place} could not be used: {error.strerror or error} "
+            f"The git repository of {place} could not be used: {told} "
             f"({error.filename or place}); correct that and try again."
         ) from error
     except (KeyError, ValueError) as error:
