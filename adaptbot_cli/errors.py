@@ -6,6 +6,7 @@ AdaptbotError            exit 1
 │   └── PackError        exit 4   an entry of a domain pack
 ├── ModelError           exit 5   the model, or the choice of one
 ├── ReplayError          exit 3   a transcript that no longer tells the same story
+├── WorldError           exit 6   the world that is to carry a plan out
 ├── LexiconError         exit 7   the word knowledge
 └── Interrupted          exit 130 Ctrl-C
 """
@@ -47,6 +48,12 @@ class ReplayError(AdaptbotError):
     """A replay differs from its transcript."""
 
     exit_code = 3
+
+
+class WorldError(AdaptbotError):
+    """The world that is to carry a plan out cannot be had."""
+
+    exit_code = 6
 
 
 class LexiconError(AdaptbotError):

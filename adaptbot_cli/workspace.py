@@ -14,7 +14,7 @@ from adaptbot_cli.resources import bundled
 CONFIG = "adaptbot.toml"
 _FIRST_CONFIG = """\
 # The settings of this workspace. Every one can be given on the command line as well.
-# Model, address and limits count once you have said `adaptbot trust`, until this file changes.
+# Model, address, limits and world count once you have said `adaptbot trust`, until this changes.
 
 # model = "ollama_chat/llama3.2"  # any litellm model name; without one the plan library is used
 # api_base = "http://127.0.0.1:8000/v1"   # of a server of your own
@@ -26,6 +26,9 @@ _FIRST_CONFIG = """\
 # domain = "kitchen"
 # policy = "tutor"              # or "paper"
 # replans = 3
+# world = "exec:python robot.py"  # what carries a plan out; without one it is only rehearsed
+# act_timeout = 60              # seconds that the world may take for one step
+# confirm = "irreversible"      # or "each", "none": the steps that you agree to first
 """
 
 
@@ -46,6 +49,12 @@ _SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "seed": ("a whole number", lambda value: type(value) is int),
     "domain": ("a text", lambda value: isinstance(value, str)),
     "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
+    "world": ("a text", lambda value: isinstance(value, str) and value != ""),
+    "act_timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
+    "confirm": (
+        '"each", "irreversible" or "none"',
+        lambda value: value in ("each", "irreversible", "none"),
+    ),
     "replans": ("a number from 0 to 20", lambda value: type(value) is int and 0 <= value <= 20),
 }
 _IGNORED = "/transcripts/\n/.adaptbot/\n"

@@ -5,15 +5,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from adaptbot_cli.core.editing import Edit
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import NO, Answer, Question
-from adaptbot_cli.core.report import Outcome, Result
+from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Amend,
     Ask,
-    Execute,
+    Executed,
     Keep,
     Kept,
     LookUp,
@@ -33,15 +32,13 @@ Answers = Answer | Mapping[str, str]
 class Script:
     """The replies of one run: texts in order (the last one again and again), answers by question.
 
-    An answer's key is `kind about` or `kind about prop`. `outcomes` are given before the plan is
-    really rehearsed. The turns seen are kept in `seen`.
+    An answer's key is `kind about` or `kind about prop`. The turns seen are kept in `seen`.
     """
 
     texts: Sequence[str]
     answers: Answers = field(default_factory=dict)
     accept: bool = True
     words: Mapping[str, tuple[Related, ...]] = field(default_factory=dict)
-    outcomes: list[Outcome] = field(default_factory=list)
     edits: list[Edit] = field(default_factory=list)
     seen: list[Turn] = field(default_factory=list)
     proposed: int = 0
@@ -59,8 +56,6 @@ class Script:
             return self.answer(turn.question)
         if isinstance(turn, Amend):
             return self.edits.pop(0) if self.edits else None
-        if isinstance(turn, Execute):
-            return self.outcomes.pop(0) if self.outcomes else Rehearsal(kg).execute(turn.report)
         if isinstance(turn, Review):
             return self.accept
         return Kept("r1") if isinstance(turn, Keep) else None
@@ -85,8 +80,8 @@ class Script:
                 told.append(f"propose {turn.attempt}")
             elif isinstance(turn, Ask):
                 told.append(f"ask {turn.question.kind} {turn.question.about}")
-            elif isinstance(turn, Execute | Review | Keep):
-                told.append(type(turn).__name__.lower())
+            elif isinstance(turn, Executed | Review | Keep):
+                told.append(type(turn).__name__.lower().replace("executed", "execute"))
         return told
 
 

@@ -9,7 +9,6 @@ import yaml
 
 from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Call
@@ -48,7 +47,7 @@ def run(domain: str, text: str, human: Human | None = None) -> Result:
     """Pursue a request with the plan library, in this process."""
     kg = kg_of(domain)
     library = Library((bundled("prompts") / "library" / domain,), kg.domain, kg=kg)
-    ports = Ports(library, human or AbsentHuman(), Rehearsal(kg), lexicon(), Nowhere())
+    ports = Ports(library, human or AbsentHuman(), lexicon(), Nowhere())
     turns = pursue_each(text, lambda said: reading_of(said, kg), kg, parse, replans=0)
     return drive(turns, ports)
 

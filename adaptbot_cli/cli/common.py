@@ -42,6 +42,10 @@ TimeoutOption = Annotated[
     float | None,
     typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
 ]
+ActTimeoutOption = Annotated[
+    float | None,
+    typer.Option(min=0.1, metavar="S", help="Seconds the world may take for one step (60)."),
+]
 MaxTokensOption = Annotated[
     int | None,
     typer.Option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),

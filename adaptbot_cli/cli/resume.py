@@ -73,6 +73,10 @@ def resume(
         full=header.get("full") is True,
         edit=header.get("edit") is True,
         resumes=path,
+        world=told.get("world"),
+        noise=header.get("world_noise", 0.0),
+        act_timeout=header.get("act_timeout", 60.0),
+        confirm=header.get("confirm", "none"),
     )
     return pursue(request, home, json)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from adaptbot_cli.cli.common import (
+    ActTimeoutOption,
     ApiBaseOption,
     DomainOption,
     JsonOption,
@@ -42,6 +43,14 @@ class PolicyName(StrEnum):
 
     tutor = "tutor"
     paper = "paper"
+
+
+class ConfirmName(StrEnum):
+    """Which steps the person agrees to before they are carried out in a world outside."""
+
+    each = "each"
+    irreversible = "irreversible"
+    none = "none"
 
 
 def run(
@@ -86,6 +95,21 @@ def run(
     edit: Annotated[
         bool, typer.Option("--edit", help="Offer the plan for editing before it is executed.")
     ] = False,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORLD",
+            help="What carries the plan out: rehearsal, a Turtle FILE, or exec:COMMAND.",
+        ),
+    ] = None,
+    world_noise: Annotated[
+        float | None,
+        typer.Option(min=0, max=1, metavar="P", help="How likely a step slips in a Turtle world."),
+    ] = None,
+    act_timeout: ActTimeoutOption = None,
+    confirm: Annotated[
+        ConfirmName | None, typer.Option(help="Which steps to agree to before they are done.")
+    ] = None,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
     ] = None,
@@ -127,6 +151,10 @@ def run(
         seed=seed if seed is not None else settings.get("seed", 0),
         full=full,
         edit=edit,
+        world=world if world is not None else settings.get("world"),
+        noise=world_noise or 0.0,
+        act_timeout=act_timeout if act_timeout is not None else settings.get("act_timeout", 60.0),
+        confirm=str(confirm or settings.get("confirm", "none")),  # type: ignore[arg-type]
     )
     return pursue(request, home, json)
 
@@ -147,7 +175,8 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
         if json:
             from adaptbot_cli.core.summary import summary
 
-            told = summary(result, session.kg, session.planner, tuple(session.revisions))  # type: ignore[arg-type]
+            revisions = tuple(session.revisions)
+            told = summary(result, session.kg, session.planner, revisions, session.screen.world)  # type: ignore[arg-type]
             told["usage"]["seconds"] = round(time.monotonic() - started, 3)
             print_json(told)
         else:

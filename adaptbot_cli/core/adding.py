@@ -48,8 +48,8 @@ def _teach(name: str, run: Run) -> Turns:
             if question.key not in run.asked and not run.stopped:
                 report = yield from ask_about(run, report, question)
     told = tuple(run.lessons)
-    revision, _ = yield from keep(run)
-    return (tuple(run.lessons) if revision else told), revision
+    yield from keep(run)
+    return (tuple(run.kept) if run.revision else told), run.revision
 
 
 def _open_questions(name: str, entity: URIRef, kg: Kg) -> Iterator[Question]:

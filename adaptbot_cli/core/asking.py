@@ -97,7 +97,7 @@ def _about_the_taught(scene: Scene, asked: Asked) -> Iterable[Question]:
 
 def _place_questions(name: str, scene: Scene) -> Iterable[Question]:
     for entity in scene.kg.find(name):
-        prop = _place_property(entity, scene)
+        prop = place_property(entity, scene)
         if prop is not None and scene.kg.value(entity, prop.iri) is None:
             yield learning.attribute_question(scene.kg, name, prop, "")
 
@@ -123,7 +123,8 @@ def needed_of(name: str, report: Report, scene: Scene, asked: Asked) -> list[Que
     return [question for question in (*places, *found) if question and question.key not in asked]
 
 
-def _place_property(entity: URIRef, scene: Scene) -> Property | None:
+def place_property(entity: URIRef, scene: Scene) -> Property | None:
+    """Return the property that says where a thing is, if its class has one."""
     for iri in scene.kg.facts.objects(entity, RDF.type):
         kind = scene.domain.kinds.get(iri)  # type: ignore[call-overload]
         if kind is not None and kind.location_property is not None:

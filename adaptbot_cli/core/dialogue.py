@@ -80,7 +80,7 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
     for n, each in enumerate(form):
         if run.stopped or (n and not forms.is_open(each, run.scene)):
             continue
-        answered = tuple(run.asked.values())
+        answered = run.answered
         ready = replace(each, together=form[n + 1 :], offered=rest, answered=answered)
         answer: Answer = yield Ask(ready)
         if answer.value == EDIT:
@@ -96,7 +96,7 @@ def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generat
     """Let the person tell more of a thing, all at once or nothing."""
     if not questions:
         return
-    answered = tuple(run.asked.values())
+    answered = run.answered
     ready = tuple(replace(question, answered=answered) for question in questions)
     answers: tuple[Answer, ...] = yield Offer(ready)
     run.stopped = any(answer.last for answer in answers)
@@ -134,7 +134,7 @@ def _settle(run: Run, lesson: Lesson) -> Generator[Turn, Any, Lesson | None]:
         return lesson
     told = yield Trace(tuple(clashes.short(fact) for fact in old))
     question = clashes.which_stands(lesson, old, told or (), run.lessons, run.scene)
-    ready = replace(question, answered=tuple(run.asked.values()))
+    ready = replace(question, answered=run.answered)
     answer: Answer = LATER if run.stopped else (yield Ask(ready))
     if answer.value == STOP.value:
         run.stopped, answer = True, LATER
@@ -142,17 +142,20 @@ def _settle(run: Run, lesson: Lesson) -> Generator[Turn, Any, Lesson | None]:
     return clashes.settled(lesson, old, run.scene) if answer.value == NEW else None
 
 
-def keep(run: Run) -> Generator[Turn, Any, tuple[str | None, bool]]:
+def keep(run: Run) -> Generator[Turn, Any, bool]:
     """Have the person review what was learned, then have what is accepted committed.
 
-    The revision comes with whether something was left out, so that the plan must be judged again.
+    Return whether something was left out, so that the plan must be judged again.
     """
     if not run.lessons:
-        return None, False
+        return False
     said: bool | Reviewed = yield Review(tuple(run.lessons))
     keys = {lesson.question.key for lesson in run.lessons}
     if isinstance(said, Reviewed):
-        keys &= said.left_out
+        # Once the robot has begun to act, who goes back is asked again instead.
+        keys &= said.left_out | ({said.back} if said.back else set())
+        for key in keys if said.back else ():
+            run.asked.pop(key, None)
     left_out = set(teach.resting_on(keys, run.lessons)) if said is not True else set()
     accepted = [lesson for lesson in run.lessons if lesson.question.key not in left_out]
     if left_out:
@@ -161,6 +164,9 @@ def keep(run: Run) -> Generator[Turn, Any, tuple[str | None, bool]]:
             teach.take(lesson, run.scene)
         run.lessons = accepted
     if not accepted:
-        return None, True
+        return True
     kept: Kept = yield Keep(run.task, tuple(accepted))
-    return kept.revision, bool(left_out)
+    run.kept += accepted
+    run.lessons = []
+    run.revision = kept.revision or run.revision
+    return bool(left_out)

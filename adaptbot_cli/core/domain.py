@@ -144,7 +144,8 @@ class Action:
     """What the robot can do: parameters, requirements, effect and explanation.
 
     An action that `fetches` only takes a thing for a later step; `purpose` is what it is for:
-    where it holds already, the step is not needed.
+    where it holds already, the step is not needed. Whether it is `irreversible` follows from the
+    effects of all actions unless the domain says it.
     """
 
     iri: URIRef
@@ -160,6 +161,7 @@ class Action:
     family: str = ""
     verb: str = ""
     fetches: bool = False
+    irreversible: bool | None = None
     purpose: Condition | None = None
 
     @property

@@ -59,7 +59,9 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     scene.notice(calls)
     walk = Walk(scene.kg, scene.repair, _needed(calls, scene), bars=scene.bars)
     with scene.kg.rehearsal():
-        before = _spoilers(scene)
+        if scene.spoiled is None or not scene.done:
+            scene.spoiled = _spoilers(scene)
+        before = scene.spoiled
         for place, written in enumerate(parsed.calls):
             walk.place = place
             meant = expand(written.call, scene)
@@ -291,7 +293,7 @@ def _unused(bounds: Sequence[Bound | None], parsed: Parsed, scene: Scene) -> lis
     findings = []
     for name in scene.task.required:
         meant = set(scene.kg.find(name))
-        if not parsed.calls or meant & entities or normal(name) in written:
+        if not parsed.calls or meant & (entities | scene.done) or normal(name) in written:
             continue
         message = f"the task requires {name}, which no step of the plan uses"
         if not meant and not is_absent(scene.kg, name, "item"):
@@ -310,7 +312,7 @@ def lost_items(old: Parsed, new: Parsed, scene: Scene) -> tuple[str, ...]:
     def named(parsed: Parsed, name: str) -> bool:
         meant = set(scene.kg.find(name))
         args = {arg for w in parsed.calls for arg in w.call.args}
-        return any(
+        return bool(meant & scene.done) or any(
             set(words(name)) <= set(words(arg))
             or meant & set(scene.kg.find(arg))
             or normal(arg) in scene.domain.quantifiers

@@ -1,51 +1,40 @@
-"""A plan carried out on a copy of G_s, and whether its goal is met then (Algorithm 1, execute)."""
+"""A plan rehearsed on a copy of G_s, and whether a goal is met (Algorithm 1, execute)."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from rdflib import URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.plan import Finding, Goal, Step, Task
+from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.rehearse import holds, perform
-from adaptbot_cli.core.report import Bound, Outcome, Report
+from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.static import sentence
 from adaptbot_cli.core.terms import TRUE
 
 
-@dataclass(frozen=True, slots=True)
-class Rehearsal:
-    """The executor that carries a plan out on a copy of G_s: nothing in the world changes."""
-
-    kg: Kg
-
-    def execute(self, report: Report) -> Outcome:
-        """Carry out a plan's steps in order, then check the goal (Algorithm 1, execute)."""
-        scene = Scene(self.kg, report.task)
-        deltas: list[Delta] = []
-        with self.kg.rehearsal():
-            steps = zip(report.steps, report.bounds, strict=True)
-            for number, (step, bound) in enumerate(steps, start=1):
-                if bound is None:
-                    deltas.append(Delta())
-                    continue
-                error = self._step(number, step, bound)
-                if error is not None:
+def rehearsed(report: Report, kg: Kg) -> Outcome:
+    """Carry out a plan's steps in order on a copy of G_s, then check the goal."""
+    scene = Scene(kg, report.task)
+    deltas: list[Delta] = []
+    with kg.rehearsal():
+        steps = zip(report.steps, report.bounds, strict=True)
+        for number, (step, bound) in enumerate(steps, start=1):
+            if bound is None:
+                deltas.append(Delta())
+                continue
+            for condition in bound.action.conditions:
+                if not holds(condition, bound, kg):
+                    message = sentence(condition.message, bound, kg)
+                    name = bound.action.name
+                    error = Finding("E401", message, name, step=number, line=step.line)
                     return Outcome(tuple(deltas), error)
-                deltas += self.kg.changes(self.kg.mark - 1)
-            unmet, missing = check_goal(scene)
-        return Outcome(tuple(deltas), None, unmet, missing)
-
-    def _step(self, number: int, step: Step, bound: Bound) -> Finding | None:
-        failing = [c for c in bound.action.conditions if not holds(c, bound, self.kg)]
-        if failing:
-            message = sentence(failing[0].message, bound, self.kg)
-            return Finding("E401", message, bound.action.name, step=number, line=step.line)
-        perform(bound, self.kg)
-        return None
+            perform(bound, kg)
+            deltas += kg.changes(kg.mark - 1)
+        unmet, missing = check_goal(scene)
+    return Outcome(tuple(deltas), None, unmet, missing)
 
 
 def check_goal(scene: Scene) -> tuple[tuple[Finding, ...], tuple[str, ...]]:

@@ -38,6 +38,10 @@ CODES: dict[str, Code] = {
     "E504": Code("rejected by the person", blocks=False),
     "E505": Code("something that the request excludes"),
     "E506": Code("an amount that the plan does not serve", blocks=False),
+    "E601": Code("a step failed in the world"),
+    "E602": Code("the world can no longer be asked"),
+    "E603": Code("the world says that the goal is not met", blocks=False),
+    "E604": Code("stopped before its end"),
     "W601": Code("something is left in the wrong state", blocks=False, open=False),
     "W602": Code("runs, but misses its point", blocks=False, open=False),
     "W603": Code("a step that cannot be done is not needed", blocks=False, open=False),
@@ -46,7 +50,8 @@ CODES: dict[str, Code] = {
     "W606": Code("no goal is known for the task", blocks=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
-its goal; W: it runs. W604 and W606 are open until a person has said what is meant."""
+its goal; E6: the world disagrees; W: it runs. W604 and W606 are open until a person has said what
+is meant."""
 
 OF_THE_REQUEST = frozenset({"W604", "W606"})
 """The codes of what only a person can mend: no other plan would."""

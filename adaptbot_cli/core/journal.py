@@ -23,11 +23,10 @@ from adaptbot_cli.core.questions import (
     Suggestion,
     fits,
 )
-from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import (
     Ask,
     Checked,
-    Execute,
+    Executed,
     Given,
     Learned,
     LookUp,
@@ -64,7 +63,6 @@ class Journal:
     reopened: dict[Key, Answer] = field(default_factory=dict)
     proposals: dict[Propose, Proposal] = field(default_factory=dict)
     looked_up: dict[LookUp | Trace, Any] = field(default_factory=dict)
-    executed: list[tuple[Report, Outcome]] = field(default_factory=list)
     quiet: bool = False
     follows: dict[Key, tuple[Follows, ...]] = field(default_factory=dict)
 
@@ -110,14 +108,12 @@ class Journal:
                 if turn not in self.looked_up:
                     self.looked_up[turn] = yield turn
                 return self.looked_up[turn]
-            case Checked() | Learned() if self.quiet:
+            case Checked() | Executed() | Learned() if self.quiet:
                 return None
             case Ask():
                 return (yield from self._ask(turn.question))
             case Offer():
                 return (yield from self._offer(turn.questions))
-            case Execute():
-                return (yield from self._execute(turn))
             case Review():
                 said = yield turn
                 if isinstance(said, Reviewed) and said.back is not None:
@@ -198,12 +194,3 @@ class Journal:
 
     def _unanswered(self, questions: Iterable[Question]) -> tuple[Question, ...]:
         return tuple(self._prepared(q) for q in questions if q.key not in self.answers)
-
-    def _execute(self, turn: Execute) -> Generator[Turn, Any, Outcome]:
-        """The same plan with the same effects has been carried out already."""
-        for report, before in self.executed:
-            if report == turn.report:
-                return before
-        outcome: Outcome = yield turn
-        self.executed.append((turn.report, outcome))
-        return outcome

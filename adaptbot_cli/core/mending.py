@@ -62,7 +62,7 @@ def _offer(run: Run, report: Report, offered: Mended) -> Generator[Turn, Any, Re
     )
     if question.key in run.asked:
         return report
-    answer: Answer = yield Ask(replace(question, answered=tuple(run.asked.values())))
+    answer: Answer = yield Ask(replace(question, answered=run.answered))
     if answer.value == EDIT:
         edited = yield from amended(run, report, "asked")
         return report if edited is report else (yield from ask(run, edited))

@@ -11,6 +11,7 @@ from typing import Any
 from adaptbot_cli.core import asking
 from adaptbot_cli.core.amending import set_aside
 from adaptbot_cli.core.dialogue import ask_about, keep
+from adaptbot_cli.core.execute import rehearsed
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
@@ -20,7 +21,7 @@ from adaptbot_cli.core.questions import EDIT, LATER, UNKNOWN, Answer, Key, Quest
 from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.run import Parse, Run, forget_all, look_at
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.turns import Execute, Turn
+from adaptbot_cli.core.turns import Executed, Turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +157,8 @@ def _sitting(waiting: Sequence[Waiting], shared: _Shared) -> Generator[Turn, Any
             plan.report = yield from look_at(plan.run, plan.report.text, tell=False)
     names = dict.fromkeys(plan.run.task.name for plan in plans)
     keeper = shared.run(Task(", ".join(names)))
-    revision, _ = yield from keep(keeper)
-    shared.lessons = keeper.lessons
+    yield from keep(keeper)
+    shared.lessons = keeper.kept
     answered = sum(answer.value != LATER.value for _, answer in shared.asked.values())
     unknown = {key for key, (_, answer) in shared.asked.items() if answer.value == UNKNOWN}
     shared.asked.clear()
@@ -167,7 +168,7 @@ def _sitting(waiting: Sequence[Waiting], shared: _Shared) -> Generator[Turn, Any
         plan.run.lessons = shared.lessons
         results.append((yield from _judged(plan)))
     lessons = tuple(shared.lessons)
-    return Sitting(lessons, answered, revision, tuple(_ranked(plans)), tuple(results))
+    return Sitting(lessons, answered, keeper.revision, tuple(_ranked(plans)), tuple(results))
 
 
 def _judged(plan: _Plan) -> Generator[Turn, Any, Result]:
@@ -176,5 +177,6 @@ def _judged(plan: _Plan) -> Generator[Turn, Any, Result]:
     report = yield from set_aside(plan.run, plan.report)
     outcome: Outcome | None = None
     if report.executable:
-        outcome = yield Execute(report)
+        outcome = rehearsed(report, plan.run.kg)
+        yield Executed(report, outcome)
     return Result(report, outcome, plan.run.usage)

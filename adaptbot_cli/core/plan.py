@@ -9,6 +9,7 @@ from rdflib import URIRef
 
 Status = Literal["ok", "changed", "inserted", "dropped", "finding"]
 Approved = Literal["rule", "human"]
+Done = Literal["done", "failed", "not tried"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,8 @@ class Step:
     """One step on its way from the model's text to an executable call.
 
     `source` is None for an inserted step; `reason` says why a step was changed, inserted, dropped;
-    `place` is the number of the written call that it comes from, counted from 0.
+    `place` is the number of the written call that it comes from, counted from 0; `done` is what
+    came of it in a world outside, None where it was only rehearsed.
     """
 
     call: Call
@@ -115,6 +117,7 @@ class Step:
     reason: str = ""
     codes: tuple[str, ...] = ()
     place: int | None = None
+    done: Done | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from adaptbot_cli.core.findings import blocks, is_open
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Step, Task, Written
 from adaptbot_cli.core.questions import Answer, Question
+from adaptbot_cli.core.terms import Triple
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,16 @@ class Usage:
 
 
 @dataclass(frozen=True, slots=True)
+class Outside:
+    """What a world outside did to a plan: how many steps `failed`, how many of those the tutor
+    `recovered` from without the person, and the facts that were `observed` against expectation."""
+
+    failed: int = 0
+    recovered: int = 0
+    observed: tuple[Triple, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Result:
     """What a run came to; of a request for several tasks, what each of the `runs` came to."""
 
@@ -93,6 +104,7 @@ class Result:
     revision: str | None = None
     sizes: tuple[tuple[int, int], tuple[int, int]] = field(default=((0, 0), (0, 0)))
     runs: tuple["Result", ...] = ()
+    outside: Outside | None = None
 
     @property
     def verdict(self) -> str:

@@ -5,18 +5,56 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from adaptbot_cli.core import teach
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.examine import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.mend import with_remedies
-from adaptbot_cli.core.plan import Parsed, Task
+from adaptbot_cli.core.plan import Call, Parsed, Step, Task
 from adaptbot_cli.core.questions import Answer, Key, Question
-from adaptbot_cli.core.report import Report, Usage
+from adaptbot_cli.core.report import Bound, Report, Usage
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
+from adaptbot_cli.core.world import Acted
 
 Policy = Literal["tutor", "paper"]
+Confirm = Literal["none", "irreversible", "each"]
+"""Which steps the person must agree to before they are carried out in a world outside."""
+
+MOST_SEEN = 12
+"""Of how many surprises a prompt tells, the last ones."""
 Parse = Callable[[str], Parsed]
+
+
+@dataclass(slots=True)
+class Acting:
+    """What has come of a run in a world outside.
+
+    `before` are the calls that were carried out before this run, which goes on with another; `acts`
+    the steps tried so far, `helps` how many there were each time that the person helped. `passed`
+    are all steps so far with what they changed, those that were dropped too, and `at` is how many
+    of the plan at hand are among them; `left` are the steps still to be done, as a plan's text.
+    `unkept` is what was done and seen and is not committed yet, `seen` what surprised, in words;
+    `over` is why no more can be done.
+    """
+
+    confirm: Confirm = "none"
+    begun: bool = False
+    before: list[Call] = field(default_factory=list)
+    acts: list[Acted] = field(default_factory=list)
+    helps: list[int] = field(default_factory=list)
+    unkept: list[Delta] = field(default_factory=list)
+    left: str = ""
+    passed: list[tuple[Step, Bound | None, Delta]] = field(default_factory=list)
+    at: int = 0
+    seen: list[str] = field(default_factory=list)
+    over: str = ""
+
+    @property
+    def done(self) -> list[Call]:
+        """The calls of the plan that were carried out."""
+        done = (act.step for act in self.acts if not act.failed)
+        return [*self.before, *(step.call for step in done if step.status != "inserted")]
 
 
 @dataclass(slots=True)
@@ -24,7 +62,8 @@ class Run:
     """A run as far as it has come. `full` has every attribute of a new thing asked, `offers` are
     the new things that the person was offered to tell more of; `to_edit` is set when the person
     wants to change the plan instead of answering, `edits` lead from a plan's text to what the
-    person has made of it."""
+    person has made of it; `kept` are the lessons that were committed, with the last `revision`;
+    `acting` is what has come of it in a world outside, None if the plan is only rehearsed."""
 
     kg: Kg
     task: Task
@@ -39,6 +78,14 @@ class Run:
     stopped: bool = False
     to_edit: bool = False
     edits: dict[str, str] = field(default_factory=dict)
+    kept: list[Lesson] = field(default_factory=list)
+    revision: str | None = None
+    acting: Acting | None = None
+
+    @property
+    def answered(self) -> tuple[tuple[Question, Answer], ...]:
+        """What the person may go back to: nothing, once the robot has begun to act."""
+        return () if self.acting and self.acting.begun else tuple(self.asked.values())
 
 
 def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Report]:
@@ -63,6 +110,9 @@ def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Repo
 
 def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
     """Have a plan proposed; return its text, or what the person has made of it before."""
+    if run.acting is not None and run.acting.begun:
+        done = tuple(call.render() for call in run.acting.done)
+        turn = replace(turn, done=done, seen=tuple(run.acting.seen[-MOST_SEEN:]))
     proposal = yield turn
     used = run.usage
     cost = proposal.cost_usd
@@ -73,7 +123,18 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
         completion_tokens=used.completion_tokens + proposal.completion_tokens,
         cost_usd=used.cost_usd if cost is None else (used.cost_usd or 0.0) + cost,
     )
-    return as_edited(run, proposal.text)
+    return _unrepeated(run, as_edited(run, proposal.text))
+
+
+def _unrepeated(run: Run, text: str) -> str:
+    """A plan without the steps at its beginning that were carried out already, if it repeats them
+    all: a model often writes the whole plan once more."""
+    done = run.acting.done if run.acting else []
+    parsed = run.parse(text)
+    calls = [written.call for written in parsed.calls]
+    if not done or parsed.findings or calls[: len(done)] != done:
+        return text
+    return "\n".join(call.render() for call in calls[len(done) :])
 
 
 def as_edited(run: Run, text: str) -> str:

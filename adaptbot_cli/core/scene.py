@@ -25,7 +25,8 @@ class Scene:
     `near` remembers the names near a name, which are costly to find, and `taken` which name a
     thing was put in for, so that two names never become one thing; `around` holds the word
     knowledge of the names of known things, which likely answers are found by, and `trust` for
-    which properties these have proved right.
+    which properties these have proved right. In a world outside, `done` are the things that steps
+    were carried out with, and `spoiled` is what was in the wrong state before the first of them.
     """
 
     kg: Kg
@@ -40,6 +41,8 @@ class Scene:
     taken: dict[URIRef, str] = field(default_factory=dict)
     around: dict[str, tuple[Related, ...]] = field(default_factory=dict)
     trust: dict[tuple[URIRef, Node, tuple[URIRef, ...]], bool] = field(default_factory=dict)
+    done: set[Node] = field(default_factory=set)
+    spoiled: set[tuple[int, Node]] | None = None
 
     @property
     def domain(self) -> Domain:

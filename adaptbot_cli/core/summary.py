@@ -9,19 +9,27 @@ from adaptbot_cli.core.plan import Change, Finding, Step, Task
 from adaptbot_cli.core.questions import ABSENT, LATER, NO, UNKNOWN, YES, Answer
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.terms import STATES, local
+from adaptbot_cli.core.world import named
 
 Json = dict[str, Any]
 
 
-def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None]) -> Json:
+def summary(
+    result: Result,
+    kg: Kg,
+    planner: str,
+    revisions: tuple[str | None, str | None],
+    world: str = "",
+) -> Json:
     """Return a result as an object of lists, strings and numbers; findings: docs/findings.md.
 
-    `revisions` are the workspace's before and after the run. The tasks of a request stand one after
-    the other in it, the worst outcome for all, and each by itself in `runs`.
+    `revisions` are the workspace's before and after the run, `world` names the world outside. The
+    tasks of a request stand one after the other in it, the worst outcome for all, and each by
+    itself in `runs`.
     """
     if result.runs:
-        return _several(result, kg, planner, revisions)
-    task = result.report.task
+        return _several(result, kg, planner, revisions, world)
+    task, outside = result.report.task, result.outside
     return {
         "task": task.said or task.name or None,
         "domain": kg.domain.name,
@@ -36,6 +44,10 @@ def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, s
             for question, answer in result.questions
         ],
         "learned": learned(result, kg),
+        "observed": [list(named(fact, kg)) for fact in (outside.observed if outside else ())],
+        "world": None
+        if outside is None
+        else {"kind": world, "failed": outside.failed, "recovered": outside.recovered},
         "kg": {
             "before": revisions[0],
             "after": revisions[1],
@@ -53,14 +65,14 @@ def summary(result: Result, kg: Kg, planner: str, revisions: tuple[str | None, s
 
 
 def _several(
-    result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None]
+    result: Result, kg: Kg, planner: str, revisions: tuple[str | None, str | None], world: str
 ) -> Json:
     runs = [
-        {**summary(run, kg, planner, revisions), "task": run.report.task.name}
+        {**summary(run, kg, planner, revisions, world), "task": run.report.task.name}
         for run in result.runs
     ]
     tasks = [run.report.task for run in result.runs]
-    whole = summary(replace(result, runs=()), kg, planner, revisions)
+    whole = summary(replace(result, runs=()), kg, planner, revisions, world)
     missing = list(dict.fromkeys(name for run in runs for name in run["goal"]["missing"]))
     return {
         **whole,
@@ -70,8 +82,19 @@ def _several(
         "goal": {"met": result.goal_met, "missing": missing},
         "steps": _in_order("steps", runs),
         "findings": _in_order("findings", runs),
+        "observed": [fact for run in runs for fact in run["observed"]],
+        "world": _worlds(runs),
         "runs": runs,
     }
+
+
+def _worlds(runs: Sequence[Json]) -> Json | None:
+    """What the world did to all of several runs."""
+    told = [run["world"] for run in runs if run["world"]]
+    if not told:
+        return None
+    counts = {key: sum(world[key] for world in told) for key in ("failed", "recovered")}
+    return {"kind": told[0]["kind"], **counts}
 
 
 def _in_order(key: str, runs: Sequence[Json]) -> list[Json]:
@@ -126,6 +149,7 @@ def _step(number: int, step: Step) -> Json:
         "codes": list(step.codes),
         "message": step.reason,
         "changes": [_change(change) for change in step.changes],
+        "done": step.done,
     }
 
 

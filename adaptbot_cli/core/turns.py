@@ -8,13 +8,15 @@ replay are the same thing to the method.
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.plan import Finding, Step, Task
 from adaptbot_cli.core.questions import Answer, Question, Reviewed
-from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.report import Bound, Outcome, Report
 from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.world import Seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +28,15 @@ class Understood:
 
 @dataclass(frozen=True, slots=True)
 class Propose:
-    """Ask the planner for a plan. `findings` and `previous` are those of the last try, if any."""
+    """Ask the planner for a plan. `findings` and `previous` are those of the last try, if any;
+    `done` the calls that were carried out already, and `seen` what was seen then, in words."""
 
     task: Task
     attempt: int = 0
     previous: str = ""
     findings: tuple[Finding, ...] = ()
+    done: tuple[str, ...] = ()
+    seen: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +119,57 @@ class Learned:
 
 
 @dataclass(frozen=True, slots=True)
-class Execute:
-    """Have the plan executed on a copy of G_s."""
+class Executed:
+    """Tell how far the plan came: on a copy of G_s, or in a world outside."""
 
     report: Report
+    outcome: Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Have the world outside make ready for a task; the reply is what is `Seen` at first."""
+
+    task: Task
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """Have a step carried out in the world outside; the reply is what is `Seen` then.
+
+    `number` counts the steps tried, from 1; `expected` is what it should change.
+    """
+
+    number: int
+    step: Step
+    bound: Bound
+    expected: Delta
+
+
+@dataclass(frozen=True, slots=True)
+class Surprised:
+    """Tell that what was seen is not what was expected."""
+
+    surprise: Delta
+
+
+@dataclass(frozen=True, slots=True)
+class Believe:
+    """Have what was done and seen committed: `delta` is what it changes, `step` the step in words,
+    "" before the first; `left` are the steps that are still to be done, as a plan's text."""
+
+    task: Task
+    delta: Delta
+    step: str
+    left: str
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Tell the world that no more is to be done, and why; the reply is what is `Seen` last."""
+
+    task: Task
+    why: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +205,12 @@ Turn = (
     | Given
     | Trace
     | Learned
-    | Execute
+    | Executed
+    | Begin
+    | Act
+    | Surprised
+    | Believe
+    | Stop
     | Review
     | Keep
 )
@@ -211,11 +268,19 @@ class Source(Protocol):
         ...
 
 
-class Executor(Protocol):
-    """Carries out a plan: on a copy of G_s, or on a robot."""
+class World(Protocol):
+    """What carries a plan out, and may disagree: a simulated home, a simulator, a robot."""
 
-    def execute(self, report: Report) -> Outcome:
-        """Return how far the plan came."""
+    def begin(self, turn: Begin) -> Seen:
+        """Make ready; return what is seen at first. Raises WorldError."""
+        ...
+
+    def act(self, turn: Act) -> Seen:
+        """Try one step; return what came of it. Whatever goes wrong is a failed step."""
+        ...
+
+    def stop(self, turn: Stop) -> Seen:
+        """End; return what is seen last, and whether the goal is met if the world can tell."""
         ...
 
 
@@ -224,6 +289,10 @@ class Store(Protocol):
 
     def keep(self, turn: Keep) -> Kept:
         """Commit lessons. Raises KnowledgeError, changing nothing."""
+        ...
+
+    def believe(self, turn: Believe) -> Kept:
+        """Commit what was done and seen. Raises KnowledgeError, changing nothing."""
         ...
 
 

@@ -8,10 +8,13 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from adaptbot_cli.core.acts import act, begin, failure, is_hopeless, outside, stop, with_failure
 from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
 from adaptbot_cli.core.confirming import confirmed, judged
 from adaptbot_cli.core.dialogue import ask, keep
 from adaptbot_cli.core.examine import lost_items
+from adaptbot_cli.core.execute import check_goal, rehearsed
+from adaptbot_cli.core.failing import ask_what_now
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.mending import mend
@@ -19,18 +22,13 @@ from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.request import Reading
-from adaptbot_cli.core.run import Parse, Policy, Run, forget_all, look_at, propose
+from adaptbot_cli.core.run import Acting, Confirm, Parse, Policy, Run, forget_all, look_at, propose
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.turns import (
-    Execute,
-    Propose,
-    Turn,
-    Understood,
-)
+from adaptbot_cli.core.turns import Executed, Propose, Turn, Understood
 
 Turns = Generator[Turn, Any, Result]
 
-__all__ = ["Parse", "Policy", "Turns", "inspect", "pursue", "pursue_each"]
+__all__ = ["Confirm", "Parse", "Policy", "Turns", "inspect", "pursue", "pursue_each"]
 
 
 def pursue(
@@ -40,27 +38,50 @@ def pursue(
     policy: Policy = "tutor",
     replans: int = 3,
     full: bool = False,
+    world: Confirm | None = None,
+    done: Sequence[str] = (),
 ) -> Turns:
     """Pursue a task: yield turns, receive replies, return the `Result` (paper, Algorithm 1).
 
     `replans` is the paper's F_max. Policy "paper" re-prompts before any question; "tutor" asks
     about required items that are unknown first, and guards them against being lost. `full` asks
-    everything about a new thing, not only what this plan needs.
+    everything about a new thing, not only what this plan needs. `world` says which steps the person
+    confirms in a world outside; without one the plan is only rehearsed. `done` are calls that were
+    carried out there before, in a run that was cut off.
 
-    When the person goes back to an earlier question, the run starts again with its journal.
+    When the person goes back to an earlier question, the run starts again with its journal; once
+    the robot has begun to act, nothing is gone back on.
     """
     journal, usage, parse = Journal(), Usage(), cache(parse)
     edits: dict[str, str] = {}
     agreed: set[str] = set()
+    algorithm = _paper if policy == "paper" else _tutor
     while True:
         scene = Scene(kg, task, agreed=agreed)
-        run = Run(kg, task, parse, scene, policy, full, usage, edits=edits)
+        acting = None if world is None else Acting(world)
+        if acting is not None:
+            acting.before = [written.call for text in done for written in parse(text).calls]
+            args = (arg for call in acting.before for arg in call.args)
+            scene.done |= {entity for arg in args for entity in kg.find(arg)}
+        run = Run(kg, task, parse, scene, policy, full, usage, edits=edits, acting=acting)
+        before = kg.size()
         try:
-            return (yield from journal.play(_pursue(run, replans)))
+            report, outcome = yield from journal.play(algorithm(run, replans))
+            break
         except GoBack as back:
             forget_all(run)
             journal.reopen(back.to)
             usage = replace(run.usage, questions=0)
+    return Result(
+        report,
+        outcome,
+        run.usage,
+        tuple(run.asked.values()),
+        tuple(run.kept),
+        run.revision,
+        (before, kg.size()),
+        outside=outside(acting) if acting and acting.begun else None,
+    )
 
 
 def pursue_each(
@@ -71,6 +92,8 @@ def pursue_each(
     policy: Policy = "tutor",
     replans: int = 3,
     full: bool = False,
+    world: Confirm | None = None,
+    done: Sequence[str] = (),
 ) -> Turns:
     """Pursue every task of a request, each on the state that the one before has left.
 
@@ -82,10 +105,13 @@ def pursue_each(
     results: list[Result] = []
     for task in reading.tasks:
         before = results[-1] if results else None
-        if before is not None and before.outcome is not None and before.verdict == "executable":
+        if before is not None and before.outside is not None and before.outcome is not None:
+            if before.outcome.error is not None and before.outcome.error.code in ("E602", "E604"):
+                break
+        elif before is not None and before.outcome is not None and before.verdict == "executable":
             for delta in before.outcome.deltas:
                 kg.apply(delta)
-        results.append((yield from pursue(task, kg, parse, policy, replans, full)))
+        results.append((yield from pursue(task, kg, parse, policy, replans, full, world, done)))
     if not results:
         told = f"nothing is to be done: the request says not to {reading.refused or 'do anything'}"
         finding = Finding("W604", told, reading.refused)
@@ -122,45 +148,160 @@ def _together(results: Sequence[Result]) -> Result:
     )
 
 
-def _pursue(run: Run, replans: int) -> Turns:
-    """Algorithm 1."""
-    before = run.kg.size()
+Ended = Generator[Turn, Any, tuple[Report, Outcome | None]]
+
+
+def _tutor(run: Run, limit: int) -> Ended:
+    """Algorithm 1 as the tutor follows it: the person is asked early, and before the robot acts."""
     yield from judged(run)
     text = yield from propose(run, Propose(run.task))
     report = yield from look_at(run, text)
-    if run.policy == "tutor":
-        report = yield from ask(run, report, required_only=True)
+    report = yield from ask(run, report, required_only=True)
     tries = 0
     while True:
-        report, tries = yield from _replan(run, report, tries, replans)
+        report, tries = yield from _replan(run, report, tries, limit)
         told = _said(still_open(run, report))
         report = yield from ask(run, report)
-        more = run.policy == "tutor" and tries < replans and not run.stopped
-        if more and _said(still_open(run, report)) - told:
-            continue  # the answers brought up what a new plan could mend
-        report = yield from set_aside(run, report)
-        report = yield from mend(run, report)
-        report = yield from _amend(run, report)
-        outcome = yield from _execute(report)
-        if outcome is None or outcome.error is None or tries >= replans or run.stopped:
-            break
-        report = replace(report, findings=(*report.findings, outcome.error))
-    revision, left_out = yield from keep(run)
-    if left_out:
-        report = yield from look_at(run, report.text)
-        report = yield from set_aside(run, report)
-        outcome = yield from _execute(report)
-    sizes = (before, run.kg.size())
-    questions = tuple(run.asked.values())
-    lessons = tuple(run.lessons)
-    return Result(report, outcome, run.usage, questions, lessons, revision, sizes)
+        if tries >= limit or run.stopped or not _said(still_open(run, report)) - told:
+            break  # else the answers brought up what a new plan could mend
+    report = yield from set_aside(run, report)
+    report = yield from mend(run, report)
+    report = yield from _amend(run, report)
+    report, outcome = yield from _rehearsed_and_kept(run, report)
+    if run.acting is None or not report.executable:
+        return report, outcome
+    return (yield from _act(run, run.acting, report, tries, limit))
 
 
-def _execute(report: Report) -> Generator[Turn, Any, Outcome | None]:
+def _rehearsed_and_kept(run: Run, report: Report) -> Ended:
+    """Rehearse, and have what was learned kept; what the person leaves out changes the plan."""
+    outcome = yield from _rehearse(run, report)
+    changed = yield from _kept(run, report)
+    return (
+        (report, outcome) if changed is report else (changed, (yield from _rehearse(run, changed)))
+    )
+
+
+def _kept(run: Run, report: Report) -> Generator[Turn, Any, Report]:
+    """Have what was learned kept; what the person leaves out changes what the plan is worth."""
+    if not (yield from keep(run)):
+        return report
+    report = yield from look_at(run, report.text)
+    return (yield from set_aside(run, report))
+
+
+def _rehearse(run: Run, report: Report) -> Generator[Turn, Any, Outcome | None]:
     if not report.executable:
         return None
-    outcome: Outcome = yield Execute(report)
+    outcome = rehearsed(report, run.kg)
+    yield Executed(report, outcome)
     return outcome
+
+
+def _act(run: Run, acting: Acting, report: Report, tries: int, limit: int) -> Ended:
+    """Carry a plan out in the world. What goes otherwise is repaired from what is seen then; else a
+    new plan is asked for; else the person. The robot goes on from where it stands."""
+    if (yield from begin(run, acting)):
+        report = yield from look_at(run, report.text)
+    stuck = False
+    while not acting.over:
+        if report.executable or stuck:
+            tried, stuck = len(acting.acts), False
+            ended = yield from act(run, acting, report)
+            unmet = check_goal(run.scene)[0] if ended else ()
+            if acting.over or (ended and not (unmet and tries < limit)):
+                break
+            if ended:
+                done = replace(report, text="", findings=unmet)
+                new, tries = yield from _replan(run, done, tries, limit)
+                if not new.text:
+                    break
+                report = new
+            else:
+                report = yield from look_at(run, acting.left)
+                if len(acting.acts) == tried:
+                    acting.at = 0
+                    break  # as far as it can come
+            acting.at = 0
+            if report.executable and not is_hopeless(run, acting):
+                continue
+            report = with_failure(acting, report)
+        asked = run.usage.questions
+        report, tries = yield from _replan(run, report, tries, limit)
+        if not report.executable:
+            report = yield from ask(run, report)
+        if not report.executable:
+            report = yield from ask_what_now(run, acting, report)
+        if run.usage.questions > asked:
+            acting.helps.append(len(acting.acts))
+            report = yield from _kept(run, report)
+        # Nobody knows better: as far as it comes, something may be seen on the way that helps.
+        stuck = not report.executable
+        if stuck and failure(acting) is not None:
+            break
+    report, outcome = yield from stop(run, acting, report)
+    yield Executed(report, outcome)
+    return report, outcome
+
+
+def _paper(run: Run, limit: int) -> Ended:
+    """Algorithm 1, line by line; the numbers are the paper's."""
+    tries, outcome = 0, None  # 2: F
+    text = yield from propose(run, Propose(run.task))  # 3
+    report = yield from look_at(run, text)  # 4
+    if not still_open(run, report):  # 5
+        outcome = yield from _execute(run, report)  # 6
+    while (_failed(outcome) or still_open(run, report)) and tries < limit:  # 8
+        while still_open(run, report) and tries < limit:  # 9
+            report, tries = yield from _feedback(run, report, outcome, tries)  # 10 to 12
+        if still_open(run, report):  # 14
+            break  # 17
+        if _failed(outcome) and tries < limit:  # 19
+            report, tries = yield from _feedback(run, report, outcome, tries)  # 20 to 22
+        if not still_open(run, report):  # 24
+            outcome = yield from _execute(run, report)  # 25
+    if _failed(outcome) or still_open(run, report) or outcome is None:
+        # 14 to 16; an error that persists is asked about too, as the paper's text has it.
+        report = yield from ask(run, report)
+        if run.acting and _failed(outcome):
+            report = yield from ask_what_now(run, run.acting, report)
+        report = yield from set_aside(run, report)
+        report = yield from _amend(run, report)
+        if run.acting is None:
+            return (yield from _rehearsed_and_kept(run, report))
+        report = yield from _kept(run, report)
+        outcome = (yield from _execute(run, report)) or outcome
+    if run.acting is None or not run.acting.begun:
+        return report, outcome
+    report, outcome = yield from stop(run, run.acting, report)
+    yield Executed(report, outcome)
+    return report, outcome
+
+
+def _feedback(
+    run: Run, report: Report, outcome: Outcome | None, tries: int
+) -> Generator[Turn, Any, tuple[Report, int]]:
+    """Ask for a new plan with all that is wrong with the last; look at it."""
+    error = outcome.error if outcome else None
+    findings = (*still_open(run, report), *((error,) if error else ()))
+    text = yield from propose(run, Propose(run.task, tries + 1, report.text, findings))
+    return (yield from look_at(run, text)), tries + 1
+
+
+def _execute(run: Run, report: Report) -> Generator[Turn, Any, Outcome | None]:
+    """Execute a plan, if that is possible: on a copy of G_s, or in the world as far as it comes."""
+    acting = run.acting
+    if acting is None or not report.executable or acting.over:
+        return (yield from _rehearse(run, report)) if acting is None else None
+    if not acting.begun:
+        yield from begin(run, acting)
+    acting.at = 0
+    yield from act(run, acting, report, heed=False)
+    return Outcome((), failure(acting) if acting.left else None)
+
+
+def _failed(outcome: Outcome | None) -> bool:
+    return outcome is not None and outcome.error is not None
 
 
 def _replan(
@@ -223,6 +364,6 @@ def inspect(task: Task, kg: Kg, parse: Parse, text: str, repair: bool = True) ->
     scene = Scene(kg, task, drop=False, repair=repair)
     run = Run(kg, task, parse, scene)
     report = yield from look_at(run, text)
-    outcome = (yield Execute(report)) if report.executable else None
+    outcome = yield from _rehearse(run, report)
     size = kg.size()
     return Result(report, outcome, run.usage, sizes=(size, size))

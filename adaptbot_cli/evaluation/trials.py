@@ -22,7 +22,6 @@ from adaptbot_cli.adapters.store.reading import load_kg, split
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core import teach
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parse import parser
@@ -180,7 +179,7 @@ def perform(
     planner = Listening(_planner(row, arm, rules, world, kg))
     person = SimulatedHuman(world.true, rules.human_error, f"{rules.seed}|{row.id}")
     human = person if arm == "llm+kg+human" else AbsentHuman()
-    ports = Ports(planner, human, Rehearsal(kg), words(), Nowhere())
+    ports = Ports(planner, human, words(), Nowhere())
     result = drive(_turns(arm, task, kg, rules), ports)
     seconds = time.perf_counter() - started
     trial = _measured(row, arm, result, kg, person, seconds)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli import bounded, trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
-from adaptbot_cli.core.tutor import Policy, pursue_each
+from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load, reader
 from adaptbot_cli.session.resuming import content_of, guarded, remembering, spent
@@ -24,8 +24,17 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.store.keeper import Keeper, Start
     from adaptbot_cli.adapters.transcript import Recorder
+    from adaptbot_cli.adapters.world.process import Process
+    from adaptbot_cli.adapters.world.simulated import SimulatedHome
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.request import Reading
+
+
+REHEARSAL, EXEC = "rehearsal", "exec:"
+"""The kinds of world that `--world` names, beside a Turtle file."""
+
+ACT_SECONDS = 60.0
+"""How long a world may take for one step, unless it is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +44,10 @@ class Request:
     `chosen` is who plans, if that is decided already: else it follows from `model` and `api_base`.
     `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
     `full` has every attribute of a new thing asked; `edit` offers the plan for editing before it is
-    executed; `resumes` is the transcript to go on with.
+    executed; `resumes` is the transcript to go on with. `world` is what carries the plan out, None
+    for a rehearsal: a Turtle file, in which steps slip with the probability `noise`, or
+    `exec:COMMAND`, which has `act_timeout` seconds for a step; `confirm` says which steps the
+    person agrees to.
     """
 
     task: str
@@ -60,6 +72,10 @@ class Request:
     full: bool = False
     edit: bool = False
     resumes: Path | None = None
+    world: str | None = None
+    noise: float = 0.0
+    act_timeout: float = ACT_SECONDS
+    confirm: Confirm = "none"
 
 
 @dataclass(slots=True)
@@ -82,6 +98,7 @@ class Session:
     unused: Callable[[], list[str]] = list
     edited: Sequence[str] = ()
     state: str | None = None
+    done: tuple[str, ...] = ()
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
     def run(self) -> Result:
@@ -99,6 +116,8 @@ class Session:
             request.policy,
             self.replans,
             request.full,
+            request.confirm if self.ports.world else None,
+            self.done,
         )
         try:
             result = drive(turns, self.ports)
@@ -109,7 +128,9 @@ class Session:
             raise
         self.revisions[1] = result.revision or self.revisions[0]
         for run in result.runs or (result,):
-            if request.apply and self.keeper and run.outcome and run.verdict == "executable":
+            if run.outside is not None or not request.apply or self.keeper is None:
+                continue  # what was done outside is kept already, step by step
+            if run.outcome and run.verdict == "executable":
                 self.state = self.keeper.apply(run.report.task.name, run.outcome.deltas)
                 self.revisions[1] = self.state
         if self.recorder is not None:
@@ -133,7 +154,6 @@ def build(
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
-    from adaptbot_cli.core.execute import Rehearsal
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
@@ -166,11 +186,44 @@ def build(
             header = _header(session)
             session.recorder = stack.enter_context(recording(transcript, kg, header))
         if request.resumes is not None:
-            planner, human = remembering(request.resumes, planner, human)
+            planner, human, session.done = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
-        session.ports = Ports(planner, human, Rehearsal(kg), words, store, observers)
+        world = world_of(request, kg)
+        if world is not None:
+            stack.callback(world.close)
+            screen.world = world.name
+        session.ports = Ports(planner, human, words, store, observers, world)
         yield session
+
+
+def world_of(request: Request, kg: "Kg") -> "Process | SimulatedHome | None":
+    """Return what carries a plan out, None if it is only rehearsed.
+
+    Raises:
+        WorldError: there is no such world, or it cannot be read.
+    """
+    from adaptbot_cli.errors import KnowledgeError, WorldError
+
+    asked = request.world or REHEARSAL
+    if asked == REHEARSAL:
+        return None
+    if asked.startswith(EXEC):
+        from adaptbot_cli.adapters.world.process import Process
+
+        process = Process(asked.removeprefix(EXEC).strip(), kg, request.act_timeout)
+        process.find()
+        return process
+    from adaptbot_cli.adapters.store.reading import read_graphs
+    from adaptbot_cli.adapters.world.simulated import SimulatedHome
+
+    try:
+        facts = read_graphs([Path(asked)]) or []
+        return SimulatedHome.of(kg, facts, asked, request.noise, request.seed)
+    except KnowledgeError as error:
+        raise WorldError(
+            f"{error}; --world takes {REHEARSAL}, a Turtle file or '{EXEC}COMMAND'"
+        ) from error
 
 
 def _planner(
@@ -348,6 +401,10 @@ def _options(request: Request) -> dict[str, Any]:
         "full": request.full,
         "edit": request.edit,
         "apply": request.apply,
+        "world": request.world if request.world != REHEARSAL else None,
+        "world_noise": request.noise,
+        "act_timeout": request.act_timeout if request.act_timeout != ACT_SECONDS else None,
+        "confirm": request.confirm if request.confirm != "none" else None,
         "resumes": request.resumes.stem if request.resumes else None,
     }
     return {name: value for name, value in options.items() if value}

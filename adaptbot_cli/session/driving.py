@@ -1,15 +1,18 @@
 """The only loop that performs turns."""
 
+import signal
+import threading
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from adaptbot_cli.core.turns import (
+    Act,
     Amend,
     Ask,
+    Begin,
+    Believe,
     Editor,
-    Execute,
-    Executor,
     Human,
     Keep,
     Kept,
@@ -21,12 +24,15 @@ from adaptbot_cli.core.turns import (
     Propose,
     Review,
     Source,
+    Stop,
     Store,
     Trace,
     Turn,
     Volunteer,
+    World,
 )
 from adaptbot_cli.core.words import Lexicon
+from adaptbot_cli.core.world import STOPPED, Seen
 from adaptbot_cli.errors import ModelError
 
 R = TypeVar("R")
@@ -38,10 +44,10 @@ class Ports:
 
     planner: Planner
     human: Human
-    executor: Executor
     lexicon: Lexicon
     store: Store
     observers: Sequence[Observer] = ()
+    world: World | None = None
 
 
 def drive(turns: Generator[Turn, Any, R], ports: Ports) -> R:
@@ -79,8 +85,14 @@ def perform(turn: Turn, ports: Ports) -> object:
             return tuple(ports.store.trace(fact) for fact in turn.facts)
         case Trace():
             return ()
-        case Execute():
-            return ports.executor.execute(turn.report)
+        case Begin() if ports.world:
+            return ports.world.begin(turn)
+        case Act() if ports.world:
+            return _at_hand(turn, ports.world)
+        case Stop() if ports.world:
+            return ports.world.stop(turn)
+        case Believe():
+            return ports.store.believe(turn)
         case Review():
             return ports.human.review(turn.lessons)
         case Keep():
@@ -100,8 +112,31 @@ def _proposal(turn: Propose, planner: Planner) -> Proposal:
         return Proposal(turn.previous, *error.spent, failure=str(error))
 
 
+def _at_hand(turn: Act, world: World) -> Seen:
+    """Have a step carried out; Ctrl-C stops the run after it, a second one at once."""
+    interrupted: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        if interrupted:
+            raise KeyboardInterrupt
+        interrupted.append(number)
+
+    if threading.current_thread() is not threading.main_thread():
+        return world.act(turn)
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        seen = world.act(turn)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    return replace(seen, over=seen.over or STOPPED) if interrupted else seen
+
+
 class Nowhere:
     """The store of a dry run: keeps nothing."""
+
+    def believe(self, turn: Believe) -> Kept:
+        """Keep nothing."""
+        return Kept(None)
 
     def keep(self, turn: Keep) -> Kept:
         """Keep nothing."""

@@ -95,11 +95,10 @@ def _sittings(workspace: Workspace) -> Path:
 
 def _ports(kg: "Kg", human: Human, **more: Any) -> Ports:
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.core.execute import Rehearsal
 
     nobody: Any = None
     store = more.pop("store", None) or Nowhere()
-    return Ports(nobody, human, Rehearsal(kg), WordNet(), store, **more)
+    return Ports(nobody, human, WordNet(), store, **more)
 
 
 @contextmanager

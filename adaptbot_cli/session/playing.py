@@ -24,11 +24,10 @@ def check(text: str, task: Task, kg: "Kg", repair: bool = True) -> Result:
     """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
-    from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.parse import parser
 
     nobody: Any = None
-    ports = Ports(nobody, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
+    ports = Ports(nobody, AbsentHuman(), WordNet(), Nowhere())
     return drive(inspect(task, kg, parser(kg), text, repair), ports)
 
 
@@ -62,7 +61,6 @@ def replay(
     """
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript import Player, read
-    from adaptbot_cli.core.execute import Rehearsal
     from adaptbot_cli.core.parse import parser
     from adaptbot_cli.errors import UsageError
 
@@ -73,7 +71,7 @@ def replay(
     text = str(header.get("task", ""))
     read_it = reader(kg, workspace, header.get("requires") or (), header.get("without") or ())
     player = Player(path, kg, turns)
-    ports = Ports(player, player, Rehearsal(kg), WordNet(), player, [player, *observers])
+    ports = Ports(player, player, WordNet(), player, [player, *observers])
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
     planless = all(turn["turn"] != "propose" for turn in turns)

@@ -98,8 +98,11 @@ def spent(path: Path) -> "list[Spent]":
     return found
 
 
-def remembering(path: Path, planner: Planner, human: Human) -> tuple[Planner, Human]:
-    """Return a planner and a human that first give what a run that was cut off was given.
+def remembering(
+    path: Path, planner: Planner, human: Human
+) -> tuple[Planner, Human, tuple[str, ...]]:
+    """Return a planner and a human that first give what a run that was cut off was given, and the
+    calls that it has carried out in a world outside.
 
     Who has answered in a transcript that is not of this user nobody knows: only its plans count.
     """
@@ -115,4 +118,5 @@ def remembering(path: Path, planner: Planner, human: Human) -> tuple[Planner, Hu
         header, turns = read_cut(each)
         own = is_own(each, header)
         memory.take(turn for turn in turns if own or turn["turn"] in ("propose", "checked"))
-    return RememberingPlanner(memory, planner), RememberingHuman(memory, human)
+    known = RememberingPlanner(memory, planner), RememberingHuman(memory, human)
+    return *known, tuple(memory.done)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.report import Outcome, Report
-from adaptbot_cli.core.turns import Checked, Execute, Turn
+from adaptbot_cli.core.turns import Checked, Executed, Turn
 from adaptbot_cli.session.loading import EDITS, kg_of, load
 from adaptbot_cli.session.playing import replay
 from adaptbot_cli.workspace import Workspace
@@ -31,8 +31,8 @@ class _Last:
         """Keep a checked plan, and the outcome of it."""
         if isinstance(turn, Checked):
             self.report, self.outcome = turn.report, None
-        elif isinstance(turn, Execute) and isinstance(reply, Outcome):
-            self.report, self.outcome = turn.report, reply
+        elif isinstance(turn, Executed):
+            self.report, self.outcome = turn.report, turn.outcome
 
 
 def retrace(path: Path, workspace: Workspace) -> "Progress":

@@ -51,7 +51,7 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         )
     store = keeper(home)
     nobody: Any = None
-    ports = Ports(nobody, _human(answers, prompts), nobody, WordNet(), store)
+    ports = Ports(nobody, _human(answers, prompts), WordNet(), store)
     given: dict[str, dict[str, str]] = {}
     try:
         return _drive(name, home, ports, given)

@@ -19,7 +19,7 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Call, Change, Finding, Step, Task
 from adaptbot_cli.core.questions import EXISTS, Answer, Question
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
-from adaptbot_cli.core.turns import Ask, Checked, Execute, Learned, Propose, Review
+from adaptbot_cli.core.turns import Ask, Checked, Executed, Learned, Propose, Review
 from adaptbot_cli.core.visible import visible
 from tests.worlds import W, workshop
 
@@ -296,7 +296,7 @@ def test_a_run_is_told_in_lines_and_the_plan_before_the_first_question_only() ->
     shown.replied(Learned(lesson(kg)), None)
     shown.replied(Checked(GOOD), None)
     shown.replied(Checked(GOOD), None)
-    shown.replied(Execute(GOOD), Outcome((), None, (NO_CLAMP,)))
+    shown.replied(Executed(GOOD, Outcome((), None, (NO_CLAMP,))), None)
     shown.asked(Review(()))
 
     lines = [line for line in seen.lines if line and line[0] in "PF!·✓"]
@@ -307,7 +307,7 @@ def test_a_run_is_told_in_lines_and_the_plan_before_the_first_question_only() ->
         "Findings",
         "✓ learned: there is clamp: tool",
         "· checked: 4 steps, 1 changed, 2 inserted, nothing open",
-        "! executed on a copy of the state: the goal is not met (1 condition)",
+        "! rehearsed on a copy of the state: the goal is not met (1 condition)",
     ]
 
 
@@ -336,7 +336,7 @@ def test_no_plan_is_shown_on_the_way_where_nobody_is_asked() -> None:
 def test_an_execution_that_stops_says_where() -> None:
     seen = Seen(80)
     error = Finding("E401", "the hand must be free", step=3)
-    screen(seen, workshop()).replied(Execute(GOOD), Outcome((), error))
+    screen(seen, workshop()).replied(Executed(GOOD, Outcome((), error)), None)
 
     assert seen.lines == ["✗ execution stopped at step 3: the hand must be free"]
 
@@ -379,7 +379,7 @@ def hostile_run(seen: Seen) -> None:
     shown.replied(Checked(report), None)
     shown.replied(Learned(known), None)
     shown.asked(Ask(Question("existence", HOSTILE, HOSTILE)))
-    shown.replied(Execute(report), Outcome((), Finding("E401", HOSTILE)))
+    shown.replied(Executed(report, Outcome((), Finding("E401", HOSTILE))), None)
     shown.finish(result(kg, report, lessons=(known,), outcome=Outcome(DELTAS)), HOSTILE)
 
 

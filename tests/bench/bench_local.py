@@ -29,7 +29,6 @@ from adaptbot_cli.adapters.planner.local.prompts import for_model
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parse import parse
@@ -93,7 +92,7 @@ def trial(arm: str, recipe: dict[str, Any], replans: int) -> Trial:
     task = task_for(recipe["task"], kg, recipe["ingredients"])
     questions = Questions()
     with planner(arm, task, kg) as plans:
-        ports = Ports(plans, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere(), [questions])
+        ports = Ports(plans, AbsentHuman(), WordNet(), Nowhere(), [questions])
         started = time.monotonic()
         try:
             result = drive(pursue(task, kg, parse, "tutor", replans), ports)

@@ -26,7 +26,6 @@ from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
@@ -99,7 +98,7 @@ def _row(kg: Kg, entry: Mapping[str, Any]) -> Row:
     row = Row(task.name)
     library = Library((bundled("prompts") / "library" / kg.domain.name,), kg.domain)
     planner = Counting(Prompts(bundled("prompts"), kg), library, row)
-    ports = Ports(planner, AbsentHuman(), Rehearsal(kg), WordNet(), Nowhere())
+    ports = Ports(planner, AbsentHuman(), WordNet(), Nowhere())
     drive(pursue(task, kg, parse, "paper", REPLANS), ports)
     return row
 

@@ -22,7 +22,6 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.simulated import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
@@ -66,13 +65,13 @@ def variants(text: str) -> Iterator[tuple[str, str]]:
 def checked(text: str, task: Task, kg: Kg, lexicon: WordNet) -> Result:
     """What `check` says."""
     nobody: Any = None
-    ports = Ports(nobody, nobody, Rehearsal(kg), lexicon, Nowhere())
+    ports = Ports(nobody, nobody, lexicon, Nowhere())
     return drive(inspect(task, kg, parse, text), ports)
 
 
 def with_person(text: str, task: Task, kg: Kg, lexicon: WordNet) -> Result:
     """What a run with the simulated person comes to; the graph is as before afterwards."""
-    ports = Ports(Plan(text), SimulatedHuman(kg), Rehearsal(kg), lexicon, Nowhere())
+    ports = Ports(Plan(text), SimulatedHuman(kg), lexicon, Nowhere())
     return drive(pursue(task, kg, parse, replans=0), ports)
 
 

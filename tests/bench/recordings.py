@@ -21,7 +21,6 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parse import parser
@@ -64,7 +63,7 @@ class Bench:
 
     def check(self, text: str, task: Task, kg: Kg) -> Result:
         nobody: Any = None
-        ports = Ports(nobody, nobody, Rehearsal(kg), self.lexicon, Nowhere())
+        ports = Ports(nobody, nobody, self.lexicon, Nowhere())
         return drive(inspect(task, kg, parser(kg), text), ports)
 
     def row(self, row: Row) -> Checked:

@@ -15,7 +15,6 @@ from adaptbot_cli.adapters.tables import changes, history, things
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core import view
 from adaptbot_cli.core.delta import net
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson, absence, alias, existence, is_absent
 from adaptbot_cli.core.names import normal
@@ -73,7 +72,7 @@ class Teaching:
         learned: list[Lesson] = []
         plan = f"pick_up_obj({json.dumps(name)})\n"
         human = AnswersHuman({normal(name): answers}, "tester")
-        ports = Ports(Says(plan), human, Rehearsal(self.home.kg), NoWords(), Nowhere())
+        ports = Ports(Says(plan), human, NoWords(), Nowhere())
         turns = pursue(Task("fetch it"), self.home.kg, parse, "paper", 0)
         reply: Any = None
         while True:
@@ -122,7 +121,7 @@ def test_from_a_model_it_is_checked(teaching: Teaching, name: str) -> None:
     """As JSON writes it, as it stands, and as an action."""
     kg = teaching.home.kg
     text = f'pick_up_obj({json.dumps(name)})\npick_up_obj("{name}")\n{name}("egg")\n'
-    ports = Ports(Says(text), AbsentHuman(), Rehearsal(kg), NoWords(), Nowhere())
+    ports = Ports(Says(text), AbsentHuman(), NoWords(), Nowhere())
     result = drive(inspect(Task("fetch it"), kg, parse, text), ports)
     out = Console(file=io.StringIO(), width=80, no_color=True, highlight=False)
     Screen(out, kg).finish(result, None)

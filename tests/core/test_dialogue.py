@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
 
-from adaptbot_cli.core.execute import Rehearsal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Task
@@ -29,7 +28,6 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Ask,
     Checked,
-    Execute,
     Given,
     Keep,
     Kept,
@@ -97,8 +95,6 @@ class Person:
                 return self.answer(turn.question)
             case Offer():
                 return tuple(self.volunteered(question) for question in turn.questions)
-            case Execute():
-                return Rehearsal(kg).execute(turn.report)
             case Review():
                 if self.review_back:
                     return Reviewed(back=self.review_back.pop())

@@ -12,7 +12,7 @@ from rdflib import Literal, URIRef, Variable
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Effect
 from adaptbot_cli.core.examine import examine
-from adaptbot_cli.core.execute import Rehearsal
+from adaptbot_cli.core.execute import rehearsed
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.report import Report
@@ -202,7 +202,7 @@ def test_checking_and_executing_never_change_the_world(plan: str) -> None:
     kg = workshop()
     before, quads = facts(kg), set(kg.facts.engine)
     report = check(plan, kg, "board")
-    Rehearsal(kg).execute(report)
+    rehearsed(report, kg)
     assert facts(kg) == before
     assert set(kg.facts.engine) == quads
 
@@ -312,7 +312,7 @@ def test_execution_stops_at_a_step_whose_condition_no_longer_holds() -> None:
     door = URIRef(W + "cupboard"), URIRef(W + "hasDoor"), Literal(True)
     wet = (URIRef(W + "arm"), URIRef(W + "holds"), URIRef(W + "vase"))
     kg.learn(Delta(frozenset({door}), frozenset({wet})))
-    outcome = Rehearsal(kg).execute(report)
+    outcome = rehearsed(report, kg)
     assert outcome.error is not None
     assert (outcome.error.code, outcome.error.step) == ("E401", 2)
     assert outcome.error.message == "the hand must be free to take board"
@@ -324,7 +324,7 @@ def test_execution_tells_which_goals_are_not_met() -> None:
     task = Task("work", ("plank",))
     plan = "take_part(plank)\nput(plank, cupboard)"
     report = examine(parsed(plan), plan, Scene(kg, task))
-    outcome = Rehearsal(kg).execute(report)
+    outcome = rehearsed(report, kg)
     assert messages(outcome.unmet) == ["plank does not end on the bench"]
     assert outcome.missing == ("plank",)
     assert len(outcome.deltas) == len(report.steps)

@@ -3,7 +3,7 @@
 import pytest
 
 from adaptbot_cli.core.examine import examine
-from adaptbot_cli.core.execute import Rehearsal
+from adaptbot_cli.core.execute import rehearsed
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.mend import mended, with_remedies
 from adaptbot_cli.core.parse import parse
@@ -100,7 +100,7 @@ def steps(report: Report) -> list[str]:
 
 
 def runs(report: Report, kg: Kg) -> bool:
-    return report.executable and Rehearsal(kg).execute(report).error is None
+    return report.executable and rehearsed(report, kg).error is None
 
 
 def test_a_step_that_the_plan_has_later_is_moved_and_not_done_twice() -> None:

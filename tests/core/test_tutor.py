@@ -2,10 +2,10 @@
 
 from rdflib import URIRef
 
-from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import LATER
-from adaptbot_cli.core.report import Outcome, Result
-from adaptbot_cli.core.turns import Checked, Execute, Keep, Learned, LookUp, Propose, Review
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.turns import Checked, Executed, Keep, Learned, LookUp, Propose, Review
 from adaptbot_cli.core.tutor import Policy
 from tests.driving import Answers, Script, drive
 from tests.worlds import GOOD, W, facts, related, workshop
@@ -253,32 +253,6 @@ def test_usage_counts_calls_tokens_and_answered_questions() -> None:
     assert (used.questions, used.cost_usd) == (1, None)
 
 
-def test_an_outcome_error_goes_back_to_the_model() -> None:
-    slipped = Outcome((), Finding("E401", "the board slipped", "take_part", step=1))
-    script = Script([GOOD, "wait(1)\n" + GOOD], LATER, outcomes=[slipped])
-    result, told_story = run(script)
-    assert told_story == ["propose 0", "execute", "propose 1", "execute"]
-    assert told(script, 1) == ("E401",)
-    assert result.goal_met
-
-
-def test_an_outcome_error_is_on_the_same_counter_as_the_findings() -> None:
-    slipped = Outcome((), Finding("E401", "the board slipped", "take_part", step=1))
-    script = Script([GADGET, GOOD], LATER, outcomes=[slipped])
-    result, told_story = run(script, replans=1)
-    assert told_story == ["propose 0", "propose 1", "execute"]
-    assert result.outcome == slipped
-    assert (result.verdict, result.goal_met) == ("findings", False)
-
-
-def test_an_outcome_error_and_the_same_answer_again_end_the_run() -> None:
-    slipped = Outcome((), Finding("E401", "the board slipped", "take_part", step=1))
-    result, told_story = run(Script([GOOD], LATER, outcomes=[slipped]))
-    assert told_story == ["propose 0", "execute", "propose 1"]
-    assert result.verdict == "findings"
-    assert "the board slipped" in [finding.message for finding in result.report.findings]
-
-
 def test_a_text_without_a_plan_is_no_plan() -> None:
     result, told_story = run(Script(["I would rather not."], LATER), Task("work"))
     assert result.verdict == "no_plan"
@@ -317,6 +291,6 @@ def test_only_lessons_change_the_graph() -> None:
 def test_the_plan_that_is_executed_is_the_one_that_was_checked_last() -> None:
     script = Script([GADGET], LATER)
     run(script)
-    executed = next(turn.report for turn in script.seen if isinstance(turn, Execute))
+    executed = next(turn.report for turn in script.seen if isinstance(turn, Executed))
     checked = [turn.report for turn in script.seen if isinstance(turn, Checked)]
     assert executed == checked[-1]

@@ -111,6 +111,8 @@ def _texts(step: Step, before: Step | None) -> tuple[Text, Text]:
     if step.status == "inserted":
         return (Text("because ", "dim italic").append_text(why) if why else why), said(call, "cyan")
     written = said(step.source or call)
+    if step.done == "failed":
+        return said(call), why
     if step.status == "dropped":
         written.stylize("dim strike")
         return written, why
@@ -134,6 +136,10 @@ def _marked(call: str, targets: set[str]) -> Text:
 
 def _verdict(step: Step) -> Text:
     mark = _MARKS[step.status]
+    if step.done == "failed":
+        return Text(f"{BAD.sign} failed", BAD.style)
+    if step.done == "not tried":
+        return Text("· not done", "dim")
     if step.codes:
         mark = mark if step.status == "finding" else WARNING
         more = f" +{len(step.codes) - 1}" if len(step.codes) > 1 else ""

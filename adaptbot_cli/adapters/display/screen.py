@@ -21,23 +21,28 @@ from adaptbot_cli.adapters.display.words import (
     noted,
     said,
 )
+from adaptbot_cli.core.acts import sentences
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.turns import (
+    Act,
     Amend,
     Ask,
+    Begin,
     Checked,
-    Execute,
+    Executed,
     Learned,
     Proposal,
     Propose,
     Review,
+    Surprised,
     Turn,
     Understood,
 )
+from adaptbot_cli.core.world import Seen
 
 WIDE = 110
 """From how many columns on the plan and the changes stand side by side, if no value must wrap."""
@@ -51,13 +56,14 @@ class Screen:
     """Shows a run as it goes: a line for each event, the plan before questions and at the end.
 
     With `asks` False no question appears on this terminal, and the plan is shown at the end only.
-    With `edits` it is shown before it is executed, to be edited.
+    With `edits` it is shown before it is executed, to be edited. `world` names the world outside.
     """
 
     console: Console
     kg: Kg
     asks: bool = True
     edits: bool = False
+    world: str = ""
     _report: Report | None = field(default=None, init=False)
     _shown: str | None = field(default=None, init=False)
     _last: Text | None = field(default=None, init=False)
@@ -86,8 +92,20 @@ class Screen:
             self._note(WARNING, reply.failure)
         elif isinstance(turn, Learned):
             self._note(GOOD, f"learned: {turn.lesson.sentence}")
-        elif isinstance(turn, Execute) and isinstance(reply, Outcome):
-            self._executed(reply)
+        elif isinstance(turn, Executed):
+            self._executed(turn)
+        elif isinstance(turn, Begin):
+            self._begun()
+            self._odd(reply)
+        elif isinstance(turn, Act) and isinstance(reply, Seen):
+            call = f"{turn.number:>2} {turn.step.call.render()}"
+            self._note(
+                BAD if reply.failed else GOOD, f"{call}: {reply.failed}" if reply.failed else call
+            )
+            self._odd(reply)
+        elif isinstance(turn, Surprised):
+            for sentence in sentences(turn.surprise, self.kg):
+                self._note(WARNING, f"seen: {sentence}")
         elif isinstance(turn, Review) and reply is False:
             self._note(WARNING, "not kept: the plan is looked at again without what was taught")
         elif isinstance(turn, Ask | Review) or isinstance(reply, Edit):
@@ -127,14 +145,27 @@ class Screen:
             self.console.print()
         self._last = Text()
 
-    def _executed(self, outcome: Outcome) -> None:
+    def _executed(self, turn: Executed) -> None:
+        outcome = turn.outcome
+        where = "rehearsed on a copy of the state"
+        if any(step.done for step in turn.report.steps):
+            where = "carried out"
         if outcome.error is not None:
-            where = f" at step {outcome.error.step}" if outcome.error.step is not None else ""
-            self._note(BAD, f"execution stopped{where}: {outcome.error.message}")
+            step = f" at step {outcome.error.step}" if outcome.error.step is not None else ""
+            self._note(BAD, f"execution stopped{step}: {outcome.error.message}")
         elif outcome.unmet:
-            self._note(WARNING, f"executed on a copy of the state: {_conditions(outcome)}")
+            self._note(WARNING, f"{where}: {_conditions(outcome)}")
         else:
-            self._note(GOOD, "executed on a copy of the state: goal met")
+            self._note(GOOD, f"{where}: goal met")
+
+    def _begun(self) -> None:
+        self._gap()
+        self.console.print(said(f"acting in {self.world}", "bold", 300))
+        self._last = None
+
+    def _odd(self, seen: object) -> None:
+        for sentence in seen.odd if isinstance(seen, Seen) else ():
+            self._note(WARNING, f"left out of the world's answer: {sentence}")
 
     def _note(self, mark: Mark, text: str) -> None:
         """Print a line, unless it says what the line before says."""

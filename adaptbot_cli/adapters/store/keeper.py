@@ -33,7 +33,7 @@ from adaptbot_cli.core.faults import Fault, faults, new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept
-from adaptbot_cli.core.turns import Keep, Kept
+from adaptbot_cli.core.turns import Believe, Keep, Kept
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 _ACTIONS = "actions.ttl"
@@ -181,6 +181,14 @@ class Keeper:
         hint = f"the answers are in the transcript{told}"
         change = net(lesson.delta for lesson in turn.lessons)
         return Kept(self.change(change, message, turn.lessons, hint))
+
+    def believe(self, turn: Believe) -> Kept:
+        """Commit what a step did and what was seen then, with the step. Raises as `keep` does."""
+        trailers = [("Task", turn.task.name), ("Planner", self.origin.planner)]
+        trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
+        trailers += [("Step", turn.step)] if turn.step else []
+        message = compose(f"state: {turn.step or 'seen before the first step'}", trailers)
+        return Kept(self.change(turn.delta, message, hint="it is in the transcript"))
 
     def trace(self, fact: str) -> str:
         """Return where a fact such as `onion IsLiquid true` comes from. Raises KnowledgeError."""

@@ -4,19 +4,24 @@ from typing import Any
 
 import yaml
 
+from adaptbot_cli.core.acts import sentences
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.editing import Edit, edited
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding, Step
 from adaptbot_cli.core.questions import LATER, Answer, Key, Question, Reviewed
-from adaptbot_cli.core.report import Outcome, Report, Result
+from adaptbot_cli.core.report import Report, Result
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.core.turns import (
+    Act,
     Amend,
     Ask,
+    Begin,
+    Believe,
     Checked,
-    Execute,
+    Executed,
     Given,
     Keep,
     Kept,
@@ -26,10 +31,13 @@ from adaptbot_cli.core.turns import (
     Proposal,
     Propose,
     Review,
+    Stop,
+    Surprised,
     Trace,
     Turn,
     Understood,
 )
+from adaptbot_cli.core.world import Seen, fact_of, named
 
 Document = dict[str, Any]
 FORMAT = 1
@@ -76,8 +84,22 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
             return {"turn": "given", **told_of_key(turn.question.key), "answer": turn.answer.value}
         case Learned():
             return {"turn": "learned", **_lesson(turn.lesson, kg)}
-        case Execute():
-            return {"turn": "execute", "steps": len(turn.report.live)}
+        case Executed():
+            outcome = turn.outcome
+            error = finding_text(outcome.error) if outcome.error else None
+            unmet = [finding_text(f) for f in outcome.unmet]
+            steps = len(turn.report.live)
+            return {"turn": "execute", "steps": steps, "error": error, "unmet": unmet}
+        case Begin():
+            return {"turn": "begin"}
+        case Act():
+            return {"turn": "act", "n": turn.number, "does": turn.step.call.render()}
+        case Surprised():
+            return {"turn": "surprised", "seen": sentences(turn.surprise, kg)}
+        case Believe():
+            return {"turn": "believe", "facts": _facts(turn.delta, kg), "left": turn.left}
+        case Stop():
+            return {"turn": "stop", "why": turn.why}
         case Review():
             return {"turn": "review", "lessons": [lesson.sentence for lesson in turn.lessons]}
         case Keep():
@@ -128,9 +150,12 @@ def _step(step: Step) -> str:
 
 
 def _lesson(lesson: Lesson, kg: Kg) -> Document:
-    removed = [f"- {fact(triple, kg)}" for triple in sorted(lesson.delta.removed)]
-    added = [f"+ {fact(triple, kg)}" for triple in sorted(lesson.delta.added)]
-    return {"sentence": lesson.sentence, "facts": removed + added}
+    return {"sentence": lesson.sentence, "facts": _facts(lesson.delta, kg)}
+
+
+def _facts(delta: Delta, kg: Kg) -> list[str]:
+    removed = [f"- {fact(triple, kg)}" for triple in sorted(delta.removed)]
+    return removed + [f"+ {fact(triple, kg)}" for triple in sorted(delta.added)]
 
 
 def fact(triple: Triple, kg: Kg) -> str:
@@ -138,7 +163,7 @@ def fact(triple: Triple, kg: Kg) -> str:
     return " ".join(local(node) for node in triple)
 
 
-def told_of_reply(turn: Turn, reply: object) -> Document:
+def told_of_reply(turn: Turn, reply: object, kg: Kg) -> Document:
     """Return what a document tells of a turn's reply."""
     match reply:
         case Proposal():
@@ -160,15 +185,39 @@ def told_of_reply(turn: Turn, reply: object) -> Document:
                 return {"back": told_of_key(reply.back)}
             left_out = [told_of_key(key) for key in sorted(reply.left_out)]
             return {"kept": True, **({"left_out": left_out} if left_out else {})}
-        case Outcome():
-            error = finding_text(reply.error) if reply.error else None
-            return {"error": error, "unmet": [finding_text(f) for f in reply.unmet]}
+        case Seen():
+            return _seen(reply, kg)
         case Kept():
             return {"revision": reply.revision}
         case bool():
             return {"kept": reply}
         case _:
             return {}
+
+
+def _seen(seen: Seen, kg: Kg) -> Document:
+    """What a world answered; facts by the home's names."""
+    told = {
+        "failed": seen.failed,
+        "observed": [list(named(fact, kg)) for fact in sorted(seen.observed)],
+        "gone": [list(named(fact, kg)) for fact in sorted(seen.gone)],
+        "odd": list(seen.odd),
+        "over": seen.over,
+    }
+    goal = {} if seen.goal is None else {"goal": seen.goal}
+    return {**{key: value for key, value in told.items() if value}, **goal}
+
+
+def seen_of(document: Document, kg: Kg) -> Seen:
+    """Return what a world answered, from a document that tells it. Raises ValueError."""
+    observed, gone = (
+        frozenset(fact_of(fact, kg) for fact in document.get(key) or ())
+        for key in ("observed", "gone")
+    )
+    odd = tuple(map(str, document.get("odd") or ()))
+    failed, over = str(document.get("failed", "")), str(document.get("over", ""))
+    goal = document.get("goal")
+    return Seen(failed, observed, gone, odd, over, goal if isinstance(goal, bool) else None)
 
 
 def _edit(turn: Turn, edit: Edit) -> Document:

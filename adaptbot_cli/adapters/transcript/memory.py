@@ -34,7 +34,8 @@ class Memory:
     """The plans, the answers and the edits of a run: by prompt, by question, by text of the plan.
 
     `plan` is the last one that was looked at: one that was `proposed` may have been refused;
-    `reopened` are the answers that the person went back from.
+    `reopened` are the answers that the person went back from. In a world outside, `done` are the
+    calls that were carried out, and `left` is what of the plan was still to be done, by task.
     """
 
     proposals: dict[Prompt, Proposal] = field(default_factory=dict)
@@ -43,6 +44,8 @@ class Memory:
     offers: set[str] = field(default_factory=set)
     edits: dict[str, list[Edit]] = field(default_factory=dict)
     plans: dict[str, str] = field(default_factory=dict)
+    done: list[str] = field(default_factory=list)
+    left: dict[str, str] = field(default_factory=dict)
     task: str = ""
     proposed: str = ""
     plan: str = ""
@@ -66,6 +69,10 @@ class Memory:
                     self._take_answer(document)
                 case "offer":
                     self._take_offer(document)
+                case "act" if not document.get("failed"):
+                    self.done.append(str(document.get("does", "")))
+                case "believe" if isinstance(document.get("left"), str):
+                    self.left[self.task] = document["left"]
                 case "review":
                     self._reopen(key_of(document.get("back")))
 
@@ -132,6 +139,9 @@ class RememberingPlanner:
 
     def propose(self, turn: Propose) -> Proposal:
         """Give the plan that the same prompt was answered with. Raises ModelError."""
+        left = self.memory.left.pop(turn.task.name, "")
+        if left and not turn.attempt:
+            return Proposal(left, calls=0)
         told = turn.attempt, tuple(finding_text(finding) for finding in turn.findings)
         prompts = ((turn.task.name, *told), ("", *told))  # a transcript may not tell the task
         found = (self.memory.proposals.pop(prompt, None) for prompt in prompts)

@@ -12,26 +12,48 @@ from adaptbot_cli.adapters.transcript.documents import (
     finished,
     key_of,
     said,
-    told_of_reply,
+    seen_of,
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.questions import LATER, Answer, Question, Reviewed, back
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.turns import Amend, Execute, Keep, Kept, Proposal, Propose, Turn
+from adaptbot_cli.core.turns import (
+    Act,
+    Amend,
+    Begin,
+    Believe,
+    Keep,
+    Kept,
+    Proposal,
+    Propose,
+    Stop,
+    Turn,
+)
+from adaptbot_cli.core.world import Seen
 from adaptbot_cli.errors import ReplayError
 
 _GIVEN_BACK = frozenset(
     {
         *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "last", "by"),
         *("at", "answers", "kept", "left_out", "back", "revision"),
-        *("edit", "step", "call", "reason", "plan"),
+        *(
+            "edit",
+            "step",
+            "call",
+            "reason",
+            "plan",
+            "failed",
+            "observed",
+            "gone",
+            "odd",
+            "over",
+            "goal",
+        ),
     }
 )
 """What a document tells of the reply: given back in a replay, not compared."""
-
-_REPLIES = _GIVEN_BACK | {"error", "unmet"}
 
 
 @dataclass(slots=True)
@@ -56,15 +78,35 @@ class Player:
             self.at += 1
             self._known_keys(told)
             self._compare(told)
-        elif told["turn"] in ("propose", "ask"):
+        elif told["turn"] in ("propose", "ask", "act"):
             raise self._differs(
                 f"the run comes to {_short(told)}, the transcript to {self._next()}"
             )
 
     def replied(self, turn: Turn, reply: object) -> None:
-        """Compare what came of an execution with what the transcript tells."""
-        if isinstance(turn, Execute) and self.current:
-            self._compare(told_of_reply(turn, reply))
+        """Everything was compared when the turn came."""
+
+    def begin(self, turn: Begin) -> Seen:
+        """Give what was seen at first."""
+        return self._seen()
+
+    def act(self, turn: Act) -> Seen:
+        """Give what came of the step."""
+        return self._seen()
+
+    def stop(self, turn: Stop) -> Seen:
+        """Give what was seen last."""
+        return self._seen()
+
+    def _seen(self) -> Seen:
+        try:
+            return seen_of(self.current, self.kg)
+        except ValueError as error:
+            raise self._differs(str(error)) from error
+
+    def believe(self, turn: Believe) -> Kept:
+        """Keep nothing: a replay changes no workspace."""
+        return Kept(self.current.get("revision"))
 
     def propose(self, turn: Propose) -> Proposal:
         """Give the recorded plan."""
@@ -141,7 +183,7 @@ class Player:
         return self.current[key]
 
     def _known_keys(self, told: Document) -> None:
-        unknown = self.current.keys() - told.keys() - _REPLIES
+        unknown = self.current.keys() - told.keys() - _GIVEN_BACK
         if unknown:
             kind = told["turn"]
             raise self._differs(f"`{min(unknown)}:` is nothing that a {kind} turn tells")

@@ -53,7 +53,7 @@ class Recorder:
         told = describe(turn, self.kg)
         left_as_it_is = isinstance(turn, Amend) and reply is None
         if told is not None and not left_as_it_is:
-            document = {**told, **told_of_reply(turn, reply)}
+            document = {**told, **told_of_reply(turn, reply, self.kg)}
             if self.signed is not None and _is_signed(document):
                 self.signed()
                 self.signed = None

@@ -80,6 +80,7 @@ def _action(entry: Entry) -> Action:
         family=entry.text(AB.family, ""),
         verb=entry.text(AB.verb, "") or entry.text(RDFS.label).split("_")[0],
         fetches=entry.flag(AB.fetches),
+        irreversible=entry.flag(AB.irreversible) if entry.value(AB.irreversible) else None,
         purpose=_purpose(entry),
     )
 

@@ -1,0 +1,1 @@
+"""Worlds outside: a simulated home, and any process that speaks the protocol (docs/worlds.md)."""

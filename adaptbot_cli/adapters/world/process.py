@@ -1,0 +1,313 @@
+"""A world behind a process that speaks JSON lines on its standard streams (docs/worlds.md)."""
+
+import json
+import os
+import queue
+import shlex
+import shutil
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import IO, Any
+
+from rdflib import Literal
+
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.turns import Act, Begin, Stop
+from adaptbot_cli.core.world import LOST, Seen, fact_of, named
+from adaptbot_cli.errors import WorldError
+
+VERSION = 1
+"""The version of the protocol, said in the first message."""
+
+LONGEST_LINE, MOST_LINES, MOST_FACTS = 1_000_000, 1_000, 10_000
+"""How many characters a line may have, how many lines may come while one step is awaited, and how
+many facts an answer may tell: what is beyond is nonsense, and no reason to run out of memory."""
+
+MOST_ODD = 5
+"""How many oddities of one answer are told."""
+
+LAST_SECONDS = 2.0
+"""How long the process has to say what it sees at the end, and to end."""
+
+_ENDLESS = "its answers never end"
+
+Json = Mapping[str, Any]
+
+
+@dataclass(slots=True)
+class Process:
+    """A world behind a process. `seconds` is how long it may take for one step.
+
+    Nothing that it does is an error of this program: too late, dead or nonsense is a failed step.
+    """
+
+    command: str
+    kg: Kg
+    seconds: float = 60.0
+    _process: "subprocess.Popen[bytes] | None" = field(default=None, init=False)
+    _lines: "queue.Queue[bytes | None]" = field(
+        default_factory=lambda: queue.Queue(MOST_LINES), init=False
+    )
+    _errors: list[bytes] = field(default_factory=list, init=False)
+    _lost: str = field(default="", init=False)
+
+    @property
+    def name(self) -> str:
+        """How the world is called on the screen and in a transcript."""
+        return f"exec:{self.command}"
+
+    def find(self) -> list[str]:
+        """Return the words of the command.
+
+        Raises:
+            WorldError: it cannot be read, or there is no such program.
+        """
+        try:
+            words = shlex.split(self.command)
+        except ValueError as error:
+            raise WorldError(f"{self.name} cannot be read as a command: {error}") from error
+        if not words:
+            raise WorldError("exec: needs a command, as in --world 'exec:python robot.py'")
+        if shutil.which(words[0]) is None:
+            raise WorldError(f'{self.name}: there is no program "{words[0]}"')
+        return words
+
+    def begin(self, turn: Begin) -> Seen:
+        """Start the process and greet it; a second task finds it as the first has left it.
+
+        Raises:
+            WorldError: it cannot be started, or does not answer as the protocol has it.
+        """
+        if self._process is not None:
+            return Seen()
+        self._start()
+        domain = self.kg.domain
+        hello = {
+            "hello": VERSION,
+            "domain": domain.name,
+            "task": turn.task.said or turn.task.name,
+            "actions": [
+                {"name": action.name, "parameters": [p.name for p in action.parameters]}
+                for action in domain.actions.values()
+            ],
+        }
+        answer, odd = self._asked(hello, lambda said: "ready" in said)
+        if answer is None or answer.get("ready") is not True:
+            why = self._lost or "it did not say that it is ready"
+            self.close()
+            raise WorldError(f"{self.name}: {why}{self._last_words()}; see adaptbot world check")
+        return self._seen(answer, odd)
+
+    def act(self, turn: Act) -> Seen:
+        """Have a step carried out; return what came of it."""
+        arguments = self._arguments(turn)
+        message = {
+            "act": turn.number,
+            "action": turn.bound.action.name,
+            "args": [*arguments.values()],
+            "arguments": arguments,
+            "expects": {
+                "added": [named(fact, self.kg) for fact in sorted(turn.expected.added)],
+                "removed": [named(fact, self.kg) for fact in sorted(turn.expected.removed)],
+            },
+        }
+        answer, odd = self._asked(message, lambda said: _number(said) == turn.number)
+        if answer is None:
+            dead = not self._alive() or self._lost == _ENDLESS
+            words = self._last_words() if dead else ""
+            return Seen(f"{self._lost}{words}", odd=odd, over=LOST if dead else "")
+        seen = self._seen(answer, odd)
+        if "done" in answer:
+            return seen
+        reason = str(answer.get("reason") or "it did not say why")[:500]
+        return Seen(reason, seen.observed, seen.gone, seen.odd)
+
+    def stop(self, turn: Stop) -> Seen:
+        """Tell the process that nothing more is to be done; hear what it sees at the end, if it
+        says so, and whether the goal is met."""
+        if not self._alive():
+            return Seen()
+        before, self.seconds = self.seconds, min(self.seconds, LAST_SECONDS)
+        answer, odd = self._asked({"stop": turn.why}, lambda said: "stopped" in said)
+        self.seconds = before
+        if answer is None:
+            return Seen()
+        goal = answer.get("goal")
+        seen = self._seen(answer, odd)
+        why = str(answer.get("reason") or "")[:500]
+        return Seen(
+            why, seen.observed, seen.gone, seen.odd, "", goal if isinstance(goal, bool) else None
+        )
+
+    def close(self) -> None:
+        """End the process and what it has started."""
+        process = self._process
+        if process is None:
+            return
+        with suppress(OSError):
+            if process.stdin:
+                process.stdin.close()
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(LAST_SECONDS)
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(process.pid, number)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(LAST_SECONDS)
+                break
+        for stream in (process.stdout, process.stderr):
+            if stream:
+                stream.close()
+
+    def _start(self) -> None:
+        words = self.find()
+        try:
+            self._process = subprocess.Popen(
+                words,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C is for this program: the step at hand is finished
+            )
+        except OSError as error:
+            raise WorldError(f"{self.name} cannot be started: {error.strerror}") from error
+        for stream, take in (
+            (self._process.stdout, self._lines.put),
+            (self._process.stderr, self._note_error),
+        ):
+            threading.Thread(target=_read, args=(stream, take), daemon=True).start()
+
+    def _note_error(self, line: bytes | None) -> None:
+        if line:
+            self._errors[:] = [*self._errors[-4:], line[:500]]
+
+    def _alive(self) -> bool:
+        return self._process is not None and self._process.poll() is None
+
+    def _last_words(self) -> str:
+        """What the process last wrote on its standard error."""
+        said = b" ".join(self._errors[-2:]).decode("utf-8", "replace").split()
+        return f' (it wrote: "{" ".join(said)[:300]}")' if said else ""
+
+    def _asked(self, message: Json, fits: Any) -> tuple[Json | None, tuple[str, ...]]:
+        """Say something and wait for the answer; None if none comes, and `_lost` says why."""
+        assert self._process is not None and self._process.stdin is not None
+        odd: list[str] = []
+        try:
+            self._process.stdin.write(json.dumps(message).encode() + b"\n")
+            self._process.stdin.flush()
+        except (OSError, ValueError):
+            self._lost = f"the process has ended{self._code()}"
+            return None, ()
+        until = time.monotonic() + self.seconds
+        for _ in range(MOST_LINES):
+            try:
+                line = self._lines.get(timeout=max(0.0, until - time.monotonic()))
+            except queue.Empty:
+                self._lost = f"it did not answer within {self.seconds:g} seconds"
+                return None, tuple(odd[:MOST_ODD])
+            if line is None:
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(LAST_SECONDS)
+                self._lines.put(None)
+                self._lost = f"the process has ended{self._code()}"
+                return None, tuple(odd[:MOST_ODD])
+            said = _object(line)
+            if said is None:
+                odd.append(f"it said what is no JSON object: {_short(line)}")
+            elif not fits(said):
+                odd.append(f"it said what was not asked for: {_short(line)}")
+            else:
+                return said, tuple(odd[:MOST_ODD])
+        self._lost = _ENDLESS
+        return None, tuple(odd[:MOST_ODD])
+
+    def _code(self) -> str:
+        code = self._process.poll() if self._process else None
+        return f" with code {code}" if code is not None else ""
+
+    def _arguments(self, turn: Act) -> dict[str, Any]:
+        """The arguments of an action by parameter, in order: names and plain values."""
+        values = turn.bound.values
+        given = {p.name: values[p.name] for p in turn.bound.action.parameters if p.name in values}
+        return {
+            name: node.toPython() if isinstance(node, Literal) else self.kg.name(node)
+            for name, node in given.items()
+        }
+
+    def _seen(self, answer: Json, odd: Iterable[str]) -> Seen:
+        """What an answer tells; what makes no sense is left out, and said."""
+        strange = list(odd)
+        observed = self._facts(answer.get("observed"), strange)
+        gone = self._facts(answer.get("gone"), strange)
+        for fact in sorted(observed & gone):
+            strange.append(f"it says of {_told(fact, self.kg)} that it holds and that it does not")
+        observed, gone = observed - gone, gone - observed
+        several = _several(observed, self.kg)
+        for fact in sorted(several):
+            strange.append(f"it says several values of {_told(fact, self.kg)}")
+        return Seen("", observed - several, gone, tuple(strange[:MOST_ODD]))
+
+    def _facts(self, told: object, strange: list[str]) -> frozenset[Triple]:
+        if told is None:
+            return frozenset()
+        if not isinstance(told, list) or len(told) > MOST_FACTS:
+            strange.append(f"it told facts that are no list of at most {MOST_FACTS}")
+            return frozenset()
+        found = set()
+        for each in told:
+            try:
+                found.add(fact_of(each, self.kg))
+            except ValueError as error:
+                strange.append(str(error))
+        return frozenset(found)
+
+
+def _several(facts: frozenset[Triple], kg: Kg) -> frozenset[Triple]:
+    """The facts that cannot all hold: several values of what has one."""
+    single = {iri for iri, prop in kg.domain.properties.items() if prop.functional}
+    by: dict[tuple[object, object], set[Triple]] = {}
+    for fact in facts:
+        if fact[1] in single:
+            by.setdefault(fact[:2], set()).add(fact)
+    return frozenset(fact for same in by.values() if len(same) > 1 for fact in same)
+
+
+def _told(fact: Triple, kg: Kg) -> str:
+    return " ".join(map(str, named(fact, kg)))
+
+
+def _number(said: Json) -> object:
+    return said.get("done", said.get("failed"))
+
+
+def _object(line: bytes) -> Json | None:
+    try:
+        found = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _short(line: bytes) -> str:
+    return line[:100].decode("utf-8", "replace").strip()
+
+
+def _read(stream: IO[bytes], take: Any) -> None:
+    """Pass lines on as they come; None at the end. A line without end is given in parts."""
+    with suppress(ValueError, OSError):
+        for line in _lines(stream):
+            take(line)
+    take(None)
+
+
+def _lines(stream: IO[bytes]) -> Iterator[bytes]:
+    while line := stream.readline(LONGEST_LINE):
+        if line.strip():
+            yield line

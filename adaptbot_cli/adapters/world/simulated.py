@@ -1,0 +1,190 @@
+"""A simulated home: a truth that the knowledge graph may not have right, in Turtle."""
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from rdflib import RDF, BNode, Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.execute import check_goal
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.rehearse import holds, perform
+from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.static import attribute_findings, sentence
+from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local
+from adaptbot_cli.core.turns import Act, Begin, Stop
+from adaptbot_cli.core.world import Seen
+
+WHOLE = 0.5
+"""From which share of the home's things on a file that says where they are, or what they are, is
+taken for a whole home: what it does not name is not there."""
+
+
+def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
+    """Return the home as it really is, and in words how a file's facts were taken.
+
+    Each of the two graphs is taken whole where the file covers it; else its facts are laid over
+    what is believed.
+    """
+    inside: dict[URIRef, set[Triple]] = {ATTRIBUTES: set(), STATES: set()}
+    for fact in facts:
+        if fact[1] in kg.domain.properties or fact[1] == RDF.type:
+            inside[kg.home_of(fact[1])].add(fact)
+    placed = frozenset(kg.domain.locations)
+    covered = {ATTRIBUTES: {RDF.type}, STATES: placed}
+    told = []
+    graphs: dict[URIRef, set[Triple]] = {}
+    for name, predicates in covered.items():
+        known = set(kg.graph(name))
+        subjects = {s for s, p, _ in known if p in predicates}
+        given = {s for s, p, _ in inside[name] if p in predicates}
+        whole = bool(subjects) and len(given & subjects) >= WHOLE * len(subjects)
+        graphs[name] = inside[name] if whole else _laid_over(kg, known, inside[name])
+        label = "what things are" if name == ATTRIBUTES else "where things are"
+        told.append(
+            f"{label}: {'all of it' if whole else f'{len(inside[name])} facts'} from the file"
+        )
+    absent = {str(o) for _, p, o in facts if p == AB.absentItem}
+    gone = {entity for name in absent for entity in kg.find(name)}
+    for name, known in graphs.items():
+        graphs[name] = {fact for fact in known if not gone & {fact[0], fact[2]}}
+    return Kg.load(kg.domain, graphs[ATTRIBUTES], graphs[STATES]), "; ".join(told)
+
+
+def _laid_over(kg: Kg, known: set[Triple], given: set[Triple]) -> set[Triple]:
+    """Facts with others laid over them: a property that has one value is replaced."""
+    single = {iri for iri, prop in kg.domain.properties.items() if prop.functional}
+    replaced = {(s, p) for s, p, _ in given if p in single}
+    return {fact for fact in known if fact[:2] not in replaced} | given
+
+
+@dataclass(slots=True)
+class SimulatedHome:
+    """A world that is a graph of its own. With probability `noise` a step slips and does nothing.
+
+    `kg` is what is believed, `truth` what is so: conditions and effects are the domain's, evaluated
+    on the truth. What is where the robot looks is seen: the things that the step is about, and all
+    that is at the place where it stands.
+    """
+
+    kg: Kg
+    truth: Kg
+    path: str
+    noise: float = 0.0
+    seed: int = 0
+    slips: list[tuple[Node, str, int, str]] = field(default_factory=list)
+    _chance: random.Random = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._chance = random.Random(f"{self.seed}")
+
+    @classmethod
+    def of(
+        cls, kg: Kg, facts: list[Triple], path: str, noise: float = 0.0, seed: int = 0
+    ) -> "SimulatedHome":
+        """Return the home that a file of facts describes."""
+        truth, _ = truth_of(kg, facts)
+        return cls(kg, truth, path, noise, seed, list(_slips(facts)))
+
+    @property
+    def name(self) -> str:
+        """How the world is called on the screen and in a transcript."""
+        return self.path
+
+    def begin(self, turn: Begin) -> Seen:
+        """Look around where the robot stands."""
+        return self._look(frozenset(), Delta())
+
+    def act(self, turn: Act) -> Seen:
+        """Try a step on the truth."""
+        bound = turn.bound
+        why = self._why_not(bound)
+        if not why:
+            perform(bound, self.truth)
+        about = frozenset(v for v in bound.values.values() if isinstance(v, URIRef))
+        seen = self._look(about, Delta() if why else turn.expected)
+        return Seen(why, seen.observed, seen.gone)
+
+    def stop(self, turn: Stop) -> Seen:
+        """Judge the goal on the truth."""
+        unmet, _ = check_goal(Scene(self.truth, turn.task))
+        return Seen("; ".join(finding.message for finding in unmet), goal=not unmet)
+
+    def close(self) -> None:
+        """Nothing is to be ended."""
+
+    def _why_not(self, bound: Bound) -> str:
+        """Why a step fails in truth, "" if it does not."""
+        for number, (thing, action, times, reason) in enumerate(self.slips):
+            if times and action == bound.action.name and thing in bound.values.values():
+                self.slips[number] = (thing, action, times - 1, reason)
+                return reason
+        for node in bound.values.values():
+            if isinstance(node, URIRef) and not self.truth.classes(node):
+                return f"there is no {self.kg.name(node)} here"
+        for finding in attribute_findings(bound, self.truth):
+            if finding.code != "E301":  # what the truth does not say may be so
+                return finding.message
+        for node in bound.values.values():
+            if isinstance(node, URIRef) and self._is_elsewhere(node):
+                place = next(
+                    (f"at {self.kg.name(p)}" for p in self._places(self.kg, node)), "there"
+                )
+                return f"{self.kg.name(node)} is not {place}"
+        for condition in bound.action.conditions:
+            if not holds(condition, bound, self.truth):
+                return sentence(condition.message, bound, self.truth)
+        if self.noise and self._chance.random() < self.noise:
+            return "it slipped"
+        return ""
+
+    def _is_elsewhere(self, node: URIRef) -> bool:
+        """Whether a thing that can be carried is not where it is believed to be."""
+        believed, true = self._places(self.kg, node), self._places(self.truth, node)
+        return bool(believed or true) and believed != true
+
+    def _places(self, kg: Kg, node: Node) -> list[Node]:
+        return [place for p in kg.domain.locations for place in kg.objects(node, p)]
+
+    def _look(self, about: frozenset[URIRef], expected: Delta) -> Seen:
+        """What is seen of some things and of all that is where the robot stands, and is not as it
+        is believed to be once what is `expected` has happened."""
+        agent, locations = self.kg.domain.agent, self.kg.domain.locations
+        true = frozenset(self.truth.graph(STATES))
+        believed = (frozenset(self.kg.graph(STATES)) - expected.removed) | expected.added
+        stands = {o for s, _, o in true if s == agent and isinstance(o, URIRef)}
+        places = stands | about | {p for thing in about for p in self._places(self.kg, thing)}
+        there = {s for s, p, o in true if p in locations and o in places}
+        fixed = {place for place in places if not self._places(self.truth, place)}
+        visible = there | fixed | {agent}
+        # Where a thing is that is missed in its place is not known by that.
+        return Seen(
+            "",
+            frozenset(
+                (s, p, o)
+                for s, p, o in true - believed
+                if s in visible and (p not in locations or o in places)
+            ),
+            frozenset(
+                (s, p, o)
+                for s, p, o in believed - true
+                if s in visible or (p in locations and o in places)
+            ),
+        )
+
+
+def _slips(facts: list[Triple]) -> Iterator[tuple[Node, str, int, str]]:
+    """The steps that fail in this home: `ex:stove ab:fails [ab:action "switch"; ab:times 1]`."""
+    told: dict[Node, dict[str, Node]] = {}
+    for subject, predicate, value in facts:
+        if isinstance(subject, BNode):
+            told.setdefault(subject, {})[local(predicate)] = value
+    for subject, predicate, value in sorted(facts):
+        if predicate == AB.fails:
+            parts = told.get(value, {})
+            times = parts.get("times", Literal(1)).toPython()  # type: ignore[attr-defined]
+            reason = str(parts.get("reason", "it slipped"))
+            yield subject, str(parts.get("action", "")), int(times), reason

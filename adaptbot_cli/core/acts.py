@@ -1,0 +1,280 @@
+"""A checked plan carried out in a world outside, step by step (Algorithm 1, execute)."""
+
+from collections.abc import Generator, Iterable
+from dataclasses import replace
+from typing import Any
+
+from rdflib import URIRef
+
+from adaptbot_cli.core.asking import place_property
+from adaptbot_cli.core.delta import Delta, net
+from adaptbot_cli.core.execute import check_goal
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.plan import Done, Finding, Step
+from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Choice, Question
+from adaptbot_cli.core.rehearse import key_of
+from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
+from adaptbot_cli.core.run import Acting, Run
+from adaptbot_cli.core.terms import Triple, local
+from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Stop, Surprised, Turn
+from adaptbot_cli.core.world import LOST, STOPPED, Acted, Seen, believe, is_irreversible
+
+MOST_ACTS = 1_000
+"""How many steps one run tries at most, so that it ends in a world that undoes them all."""
+
+_ALL = "all"
+_AGREE = (
+    Choice(YES, "yes, do it"),
+    Choice(_ALL, "yes, and the rest without asking"),
+    Choice(NO, "no, stop here"),
+)
+
+
+def begin(run: Run, acting: Acting) -> Generator[Turn, Any, bool]:
+    """Have the world make ready; return whether what it sees is not what was believed."""
+    acting.begun = True
+    seen: Seen = yield Begin(run.task)
+    delta, surprise = believe(run.kg, Delta(), seen)
+    yield from _note(acting, delta, surprise, run.kg)
+    yield from settle(run, acting)
+    return bool(surprise)
+
+
+def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generator[Turn, Any, bool]:
+    """Carry out a plan until it ends, a step has findings or fails, or, with `heed`, something
+    surprises.
+
+    Return whether it came to its end. What is `left` then are the steps from the failed one on.
+    """
+    for place, (step, bound) in enumerate(zip(report.steps, report.bounds, strict=True)):
+        acting.left, acting.at = rest(report.steps[place:]), place
+        if step.status == "finding":
+            break
+        if bound is None or step.status == "dropped":
+            acting.passed.append((step, bound, Delta()))
+            continue
+        agreed = yield from _agreed(run, acting, step, bound)
+        if not agreed or len(acting.acts) >= MOST_ACTS:
+            acting.over = STOPPED
+            break
+        expected = run.kg.delta(bound.action.effect, {"agent": run.kg.domain.agent, **bound.values})
+        seen: Seen = yield Act(len(acting.acts) + 1, step, bound, expected)
+        delta, surprise = believe(run.kg, Delta() if seen.failed else expected, seen)
+        _log(run, acting, Acted(step, bound, delta, surprise, seen.failed))
+        if not seen.failed:
+            acting.left, acting.at = rest(report.steps[place + 1 :]), place + 1
+        yield from _note(acting, delta, surprise, run.kg)
+        yield from settle(run, acting)
+        acting.over = seen.over
+        if seen.over or seen.failed or (heed and surprise and acting.left):
+            break
+    else:
+        return True
+    return False
+
+
+def _log(run: Run, acting: Acting, tried: Acted) -> None:
+    acting.acts.append(tried)
+    why = tried.failed or tried.step.reason
+    done: Done = "failed" if tried.failed else "done"
+    acting.passed.append((replace(tried.step, done=done, reason=why), tried.bound, tried.delta))
+    if not tried.failed:
+        run.scene.done |= set(tried.bound.values.values())
+
+
+def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
+    """Take the last step as done: the person has seen to it."""
+    last = acting.acts[-1]
+    expected = run.kg.delta(
+        last.bound.action.effect, {"agent": run.kg.domain.agent, **last.bound.values}
+    )
+    run.kg.apply(expected)
+    _log(run, acting, Acted(last.step, last.bound, expected))
+    yield from _note(acting, expected, Delta(), run.kg)
+    yield from settle(run, acting)
+
+
+def _note(acting: Acting, delta: Delta, surprise: Delta, kg: Kg) -> Generator[Turn, Any, None]:
+    acting.unkept.append(delta)
+    if surprise:
+        acting.seen += sentences(surprise, kg)
+        yield Surprised(surprise)
+
+
+def settle(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
+    """Have what was done and seen committed at once: nothing that comes later can lose it."""
+    delta = net(acting.unkept)
+    acting.unkept = []
+    if delta:
+        step = f"{len(acting.acts)}. {told(acting.acts[-1])}" if acting.acts else ""
+        kept: Kept = yield Believe(run.task, delta, step, acting.left)
+        run.revision = kept.revision or run.revision
+
+
+def told(act: Acted) -> str:
+    """Write a step that was tried: the call, and why it failed."""
+    call = act.step.call.render()
+    return f"{call} failed: {act.failed}" if act.failed else call
+
+
+def rest(steps: Iterable[Step]) -> str:
+    """Return steps as a plan's text; what was only inserted is found again where it is needed."""
+    kept = (step for step in steps if step.status not in ("inserted", "dropped"))
+    return "\n".join(step.call.render() for step in kept)
+
+
+def _agreed(run: Run, acting: Acting, step: Step, bound: Bound) -> Generator[Turn, Any, bool]:
+    """Have the person agree to a step, where that is asked for; nobody there does not agree."""
+    wanted = acting.confirm == "each" or (
+        acting.confirm == "irreversible" and is_irreversible(bound.action, run.kg.domain)
+    )
+    if not wanted:
+        return True
+    call = step.call.render()
+    number = str(len(acting.acts) + 1)
+    question = Question("confirm", call, f"Shall the robot do {call}?", number, choices=_AGREE)
+    answer: Answer = yield Ask(question)
+    if answer.value != LATER.value:
+        run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    if answer.value == _ALL:
+        acting.confirm = "none"
+    return answer.value in (YES, _ALL)
+
+
+def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple[Report, Outcome]]:
+    """End in the world; return the whole plan as it was carried out, and what came of it.
+
+    What is asked for is judged on what is believed then, and by the world itself where it can.
+    """
+    unmet, missing = check_goal(run.scene)
+    error = _error(acting, report)
+    why = "goal met" if not unmet and error is None else error.message if error else "goal not met"
+    seen: Seen = yield Stop(run.task, why)
+    delta, surprise = believe(run.kg, Delta(), seen)
+    yield from _note(acting, delta, surprise, run.kg)
+    yield from settle(run, acting)
+    if surprise:
+        unmet, missing = check_goal(run.scene)
+    if error is not None:
+        unmet = ()
+    elif seen.goal is False and not unmet:
+        unmet = (Finding("E603", f"the world says that the goal is not met{_why(seen)}"),)
+    whole = carried_out(acting, report)
+    return whole, Outcome(whole.deltas, error, unmet, missing)
+
+
+def _why(seen: Seen) -> str:
+    return f": {seen.failed}" if seen.failed else ""
+
+
+def _error(acting: Acting, report: Report) -> Finding | None:
+    """What kept the plan from its end, None if nothing did."""
+    number = len(acting.acts)
+    if acting.over == LOST:
+        failed = acting.acts[-1].failed if acting.acts else ""
+        return Finding("E602", f"the world can no longer be asked: {failed}", step=number or None)
+    if not acting.left:
+        return None
+    steps = f"stopped after {number} step{'s' * (number != 1)}; what was seen is kept"
+    why = next((f"{finding.message}; " for finding in report.blocking), "")
+    return failure(acting) or Finding("E604", f"{'' if acting.over else why}{steps}")
+
+
+def failure(acting: Acting) -> Finding | None:
+    """Return the finding of the last step, if it failed."""
+    last = acting.acts[-1] if acting.acts else None
+    if last is None or not last.failed:
+        return None
+    message = f"{last.step.call.render()} failed: {last.failed}"
+    return Finding("E601", message, last.step.call.action, step=len(acting.passed))
+
+
+def carried_out(acting: Acting, report: Report) -> Report:
+    """Return the plan as it was carried out: the steps that were passed, and those still left."""
+    left = zip(report.steps[acting.at :], report.bounds[acting.at :], strict=True)
+    to_come = [
+        (step if step.status == "dropped" else replace(step, done="not tried"), bound, Delta())
+        for step, bound in left
+    ]
+    whole = [*acting.passed, *to_come]
+    steps, bounds, deltas = (
+        (tuple(each) for each in zip(*whole, strict=True)) if whole else ((),) * 3
+    )
+    before = len(acting.passed) - acting.at
+    findings = tuple(
+        replace(f, step=f.step and f.step + before, steps=tuple(n + before for n in f.steps))
+        for f in report.findings
+        if f.code != "E601"
+    )
+    return replace(report, steps=steps, bounds=bounds, deltas=deltas, findings=findings)
+
+
+def outside(acting: Acting) -> Outside:
+    """Return what the world did to the plan, for the result.
+
+    A failure is recovered from if a later step was done and the person did not help in between.
+    """
+    seen: dict[Triple, None] = {}
+    recovered = 0
+    for n, act in enumerate(acting.acts):
+        seen |= dict.fromkeys(sorted(act.surprise.added))
+        if act.failed:
+            later = (m for m in range(n + 1, len(acting.acts)) if not acting.acts[m].failed)
+            done = next(later, None)
+            recovered += done is not None and not any(n < help <= done for help in acting.helps)
+    return Outside(sum(bool(act.failed) for act in acting.acts), recovered, tuple(seen))
+
+
+def placed(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
+    """Return the things of a step that can be somewhere else, with the property that says where."""
+    hands = set(run.kg.instances(k.iri for k in run.kg.domain.kinds.values() if k.hand))
+    things = (v for v in act.bound.values.values() if isinstance(v, URIRef) and v not in hands)
+    found = ((thing, place_property(thing, run.scene)) for thing in things)
+    return [(thing, prop.iri) for thing, prop in found if prop is not None]
+
+
+def lost(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
+    """Return those things of a step of which nobody knows where they are: neither in a place nor
+    with the robot."""
+    with_robot = set(run.kg.facts.objects(run.kg.domain.agent, None))
+    return [
+        (thing, prop)
+        for thing, prop in placed(run, act)
+        if run.kg.value(thing, prop) is None and thing not in with_robot
+    ]
+
+
+def is_hopeless(run: Run, acting: Acting) -> bool:
+    """Tell whether to try the last step again would be in vain: it has failed before with nothing
+    to help it since, or nobody knows any more where a thing is that it takes."""
+    *before, last = acting.acts[(acting.helps or [0])[-1] :]
+    if not last.failed:
+        return False
+    if lost(run, last):
+        return True
+    same = (act for act in before if key_of(act.bound) == key_of(last.bound))
+    return not last.surprise and any(act.failed for act in same)
+
+
+def with_failure(acting: Acting, report: Report) -> Report:
+    """Return the plan that is left with the failure of its first step as a finding."""
+    found = failure(acting)
+    return report if found is None else replace(report, findings=(found, *report.findings))
+
+
+def sentences(surprise: Delta, kg: Kg) -> list[str]:
+    """Say what was seen against expectation, a sentence for each property of a thing."""
+    before = {(s, p): o for s, p, o in sorted(surprise.removed)}
+    found = []
+    for subject, predicate, value in sorted(surprise.added):
+        old = before.pop((subject, predicate), None)
+        instead = f", not {kg.name(old)}" if old is not None else ""
+        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} {kg.name(value)}{instead}")
+    for (subject, predicate), value in before.items():
+        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} is not {kg.name(value)}")
+    return found
+
+
+def _label(predicate: Any, kg: Kg) -> str:
+    prop = kg.domain.properties.get(predicate)
+    return prop.label if prop is not None and prop.label else local(predicate)

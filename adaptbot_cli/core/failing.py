@@ -1,0 +1,145 @@
+"""What to ask the person when a step failed in the world, and what the answer leads to."""
+
+from collections.abc import Generator, Iterator
+from dataclasses import replace
+from typing import Any
+
+from rdflib import URIRef
+
+from adaptbot_cli.core import teach
+from adaptbot_cli.core.acts import by_hand, failure, lost, placed
+from adaptbot_cli.core.learning import attribute_question
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.questions import (
+    AGAIN,
+    AT,
+    BY_HAND,
+    IS_NOT,
+    LATER,
+    NO,
+    SKIP,
+    STOP,
+    UNKNOWN,
+    YES,
+    Answer,
+    Choice,
+    Question,
+)
+from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.run import Acting, Run, look_at
+from adaptbot_cli.core.terms import TRUE
+from adaptbot_cli.core.turns import Ask, Learned, Turn
+from adaptbot_cli.core.world import Acted
+
+
+def ask_what_now(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, Report]:
+    """Ask what to do about the step that failed last; return the plan for what is left.
+
+    Where it is not known any more where a thing is, that is asked; else what the person knows.
+    """
+    finding = failure(acting)
+    if finding is None or run.stopped:
+        return report
+    last, why = acting.acts[-1], finding.message
+    missed = lost(run, last)
+    question = _where(run, *missed[0], why) if missed else _what_now(run, acting, why)
+    answer = yield from _answered(run, question)
+    if answer is None:
+        return report
+    lines = acting.left.splitlines()
+    if answer.value.startswith(AT):
+        name = answer.value.removeprefix(AT)
+        found = next(each for each in placed(run, last) if normal(run.kg.name(each[0])) == name)
+        question = _where(run, *found, why)
+        answer = yield from _answered(run, question)
+        if answer is None:
+            return report
+    elif answer.value.startswith(IS_NOT):
+        wanted = answer.value.removeprefix(IS_NOT)
+        question, value = next((q, v) for q, v in _attributes(run, last) if _short(q) == wanted)
+        answer = replace(answer, value=value)
+    elif answer.value == BY_HAND:
+        yield from by_hand(run, acting)
+    if answer.value in (BY_HAND, SKIP) and last.step.status != "inserted":
+        lines = lines[1:]
+    if question.kind in ("place", "attribute"):
+        yield from _teach(run, report, question, answer)
+    acting.left = "\n".join(lines)
+    return (yield from look_at(run, acting.left)) if lines else report
+
+
+def _answered(run: Run, question: Question) -> Generator[Turn, Any, Answer | None]:
+    """The person's answer; None if there is none, or if it tells nothing."""
+    answer: Answer = yield Ask(question)
+    run.asked[question.key] = (question, answer)
+    run.stopped = run.stopped or answer.value == STOP.value or answer.last
+    if answer.value in (LATER.value, STOP.value, UNKNOWN):
+        return None
+    run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    return answer
+
+
+def _teach(
+    run: Run, report: Report, question: Question, answer: Answer
+) -> Generator[Turn, Any, None]:
+    """Learn what was said. It is not held against what is known: that has just been refuted."""
+    run.asked[question.key] = (question, answer)
+    for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
+        teach.take(lesson, run.scene)
+        run.lessons.append(lesson)
+        yield Learned(lesson)
+
+
+def _where(run: Run, entity: URIRef, prop: URIRef, why: str) -> Question:
+    name = normal(run.kg.name(entity))
+    question = attribute_question(run.kg, name, run.kg.domain.properties[prop], "")
+    return replace(question, notes=(why, *_sides(run)), text=f"Where is {name.replace('_', ' ')}?")
+
+
+def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
+    """What the step needs its things to be, as questions, each with the answer that denies it."""
+    for need in last.bound.action.attributes:
+        entity = last.bound.values.get(need.of)
+        prop = run.kg.domain.properties.get(need.prop)
+        if entity is not None and prop is not None:
+            name = normal(run.kg.name(entity))
+            value = NO if need.value == TRUE else YES
+            yield attribute_question(run.kg, name, prop, ""), value
+
+
+def _short(question: Question) -> str:
+    return f"{question.prop} {question.about}"
+
+
+def _what_now(run: Run, acting: Acting, why: str) -> Question:
+    last = acting.acts[-1]
+    choices = [
+        Choice(AGAIN, "try it again"),
+        Choice(BY_HAND, "it is done now: I have seen to it"),
+        Choice(SKIP, "leave it out"),
+    ]
+    for entity, _ in placed(run, last):
+        name = normal(run.kg.name(entity))
+        choices.append(Choice(f"{AT}{name}", f"{name.replace('_', ' ')} is somewhere else"))
+    for question, value in _attributes(run, last):
+        told = f"{'not ' if value == NO else ''}{question.label}"
+        about = question.about.replace("_", " ")
+        choices.append(Choice(f"{IS_NOT}{_short(question)}", f"{about}: {told}"))
+    choices.append(Choice(LATER.value, "I cannot say: stop here"))
+    about = normal(
+        next((run.kg.name(v) for v in last.bound.values.values()), last.step.call.action)
+    )
+    return Question(
+        "failed",
+        about,
+        f"{why}. What now?",
+        last.step.call.action,
+        choices=tuple(choices),
+        notes=_sides(run),
+    )
+
+
+def _sides(run: Run) -> tuple[str, ...]:
+    """What was seen against what the home says, the last of it, to read before a question."""
+    acting = run.acting
+    return tuple(f"seen: {sentence}" for sentence in acting.seen[-3:]) if acting else ()

@@ -1,0 +1,156 @@
+"""What comes of a step in a world that may disagree: seen, believed, surprising (DESIGN, 7)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from rdflib import Literal, URIRef, Variable
+from rdflib.term import Node
+
+from adaptbot_cli.core.delta import Delta, net
+from adaptbot_cli.core.domain import Action, Domain
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.plan import Step
+from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.terms import STATES, Triple, local
+
+STOPPED, LOST = "stopped", "lost"
+"""Why nothing more can be done in a world: the person stopped it, it does not answer."""
+
+Named = tuple[str, str, str | bool | int | float]
+"""A fact by names: thing, property, and the other thing or the value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a world answers.
+
+    `failed` is why a step was not done, "" if it was; `observed` are facts that hold now, `gone`
+    facts that do not. `odd` says what was left out of an answer because it made no sense. `over` is
+    `STOPPED` or `LOST` where nothing more can be done in this world, else "".
+    `goal` is whether the world says that what was asked for is so, None if it does not say.
+    """
+
+    failed: str = ""
+    observed: frozenset[Triple] = frozenset()
+    gone: frozenset[Triple] = frozenset()
+    odd: tuple[str, ...] = ()
+    over: str = ""
+    goal: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Acted:
+    """A step that was tried in the world.
+
+    `delta` is what it changed in what is believed, `surprise` the part that was not expected;
+    `failed` why it was not done.
+    """
+
+    step: Step
+    bound: Bound
+    delta: Delta = field(default=Delta())
+    surprise: Delta = field(default=Delta())
+    failed: str = ""
+
+
+def named(fact: Triple, kg: Kg) -> Named:
+    """Return a fact by the home's own names."""
+    subject, predicate, value = fact
+    plain = value.toPython() if isinstance(value, Literal) else None
+    known = plain if isinstance(plain, bool | int | float) else None
+    said = known if known is not None else kg.name(value)
+    return kg.name(subject), local(predicate), said
+
+
+def fact_of(told: object, kg: Kg) -> Triple:
+    """Return the fact that is told by names.
+
+    Raises:
+        ValueError: it is none, or names what this home does not know; the message says what.
+    """
+    if not isinstance(told, list | tuple) or len(told) != 3:
+        raise ValueError("a fact has three parts: thing, property and value")
+    subject, predicate, value = told
+    found = [p for p in kg.domain.properties.values() if predicate in (local(p.iri), p.label)]
+    prop = next((p for p in found if predicate == local(p.iri)), None) or next(iter(found), None)
+    if prop is None:
+        raise ValueError(f'there is no property "{str(predicate)[:60]}"')
+    thing = _thing(subject, kg)
+    if prop.range in kg.domain.kinds:
+        return thing, prop.iri, _thing(value, kg)
+    term = Literal(value) if isinstance(value, bool) else Literal(str(value), datatype=prop.range)
+    if term.ill_typed or term.datatype != prop.range:
+        raise ValueError(f'"{str(value)[:60]}" is no value of {local(prop.iri)}')
+    return thing, prop.iri, term
+
+
+def _thing(name: object, kg: Kg) -> URIRef:
+    if isinstance(name, str) and name == kg.name(kg.domain.agent):
+        return kg.domain.agent
+    found = kg.find(name) if isinstance(name, str) else ()
+    if not found:
+        raise ValueError(f'there is no "{str(name)[:60]}" in this home')
+    return found[0]
+
+
+def believe(kg: Kg, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
+    """Let what was done and seen be so from now on; return all that changed, and what surprised.
+
+    What is observed goes before what was expected. Only the state graph changes: what a thing is
+    like is for a person to say.
+    """
+    with kg.rehearsal():
+        start = kg.mark
+        kg.apply(expected)
+        expected_only = kg.mark
+        for fact in sorted(_states(kg, seen.gone)):
+            if fact in kg.facts:
+                kg.apply(Delta(removed=frozenset({fact})))
+        for fact in sorted(_states(kg, seen.observed)):
+            if fact not in kg.facts:
+                kg.apply(kg.with_fact(fact, kg.facts.triples((fact[0], fact[1], None))))
+        whole, surprise = net(kg.changes(start)), net(kg.changes(expected_only))
+    kg.apply(whole)
+    return whole, surprise
+
+
+def _states(kg: Kg, facts: Iterable[Triple]) -> frozenset[Triple]:
+    return frozenset(fact for fact in facts if kg.home_of(fact[1]) == STATES)
+
+
+def is_irreversible(action: Action, domain: Domain) -> bool:
+    """Tell whether no action of the domain brings back what an action takes away or makes so.
+
+    It follows from the effects: what is sliced stays sliced, what is switched on can be switched
+    off. A domain says otherwise with `ab:irreversible`.
+    """
+    if action.irreversible is not None:
+        return action.irreversible
+    if action.effect is None:
+        return False
+    effects = [other.effect for other in domain.actions.values() if other.effect]
+    brought = [triple for effect in effects for triple in effect.inserts]
+
+    def replaced(made: Triple) -> bool:
+        """Whether another value may come in the place of what is made so, or it may go alone."""
+        goes = (e for e in effects if any(_may_be(made, t, made[2]) for t in e.deletes))
+        return any(_may_be(made, t, None) for t in brought) or any(
+            not any(_may_be(made, t, made[2]) for t in e.inserts) for e in goes
+        )
+
+    def restored(taken: Triple) -> bool:
+        return any(_may_be(taken, triple, taken[2]) for triple in brought)
+
+    return not (
+        all(map(replaced, action.effect.inserts)) and all(map(restored, action.effect.deletes))
+    )
+
+
+def _may_be(one: Triple, other: Triple, value: Node | None) -> bool:
+    """Whether a triple of a template may be of the same property, with a value, or, for None, with
+    another one than it has itself. A variable may be anything."""
+    if one[1] != other[1]:
+        return False
+    if isinstance(one[2], Variable) or isinstance(other[2], Variable):
+        return True
+    return other[2] != one[2] if value is None else other[2] == value
