@@ -12,6 +12,7 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Amend,
     Ask,
+    Believe,
     Executed,
     Keep,
     Kept,
@@ -58,7 +59,7 @@ class Script:
             return self.edits.pop(0) if self.edits else None
         if isinstance(turn, Review):
             return self.accept
-        return Kept("r1") if isinstance(turn, Keep) else None
+        return Kept("r1") if isinstance(turn, Keep | Believe) else None
 
     def answer(self, question: Question) -> Answer:
         """Return the scripted answer to a question; one that is not scripted fails the test."""

@@ -177,7 +177,10 @@ def _error(acting: Acting, report: Report) -> Finding | None:
         return None
     steps = f"stopped after {number} step{'s' * (number != 1)}; what was seen is kept"
     why = next((f"{finding.message}; " for finding in report.blocking), "")
-    return failure(acting) or Finding("E604", f"{'' if acting.over else why}{steps}")
+    failed = failure(acting)
+    if failed is not None:
+        return replace(failed, step=len(acting.passed))
+    return Finding("E604", f"{'' if acting.over else why}{steps}")
 
 
 def failure(acting: Acting) -> Finding | None:
@@ -186,7 +189,7 @@ def failure(acting: Acting) -> Finding | None:
     if last is None or not last.failed:
         return None
     message = f"{last.step.call.render()} failed: {last.failed}"
-    return Finding("E601", message, last.step.call.action, step=len(acting.passed))
+    return Finding("E601", message, last.step.call.action)
 
 
 def carried_out(acting: Acting, report: Report) -> Report:

@@ -65,7 +65,9 @@ def ask_what_now(run: Run, acting: Acting, report: Report) -> Generator[Turn, An
     if question.kind in ("place", "attribute"):
         yield from _teach(run, report, question, answer)
     acting.left = "\n".join(lines)
-    return (yield from look_at(run, acting.left)) if lines else report
+    if not lines:
+        return Report(run.task, "", (), ())
+    return (yield from look_at(run, acting.left))
 
 
 def _answered(run: Run, question: Question) -> Generator[Turn, Any, Answer | None]:

@@ -25,6 +25,7 @@ from adaptbot_cli.core.questions import (
 )
 from adaptbot_cli.core.turns import (
     Ask,
+    Begin,
     Checked,
     Executed,
     Given,
@@ -56,7 +57,8 @@ class Journal:
 
     `reopened` are the answers that the person went back from: likely ones, when asked again;
     `follows` tells of each answered question from which other answers its own follows;
-    `quiet` is set while nothing new happens, so that nobody is told a second time.
+    `quiet` is set while nothing new happens, so that nobody is told a second time; `sealed` once
+    the robot has begun to act: what is done cannot be gone back on.
     """
 
     answers: dict[Key, Answer] = field(default_factory=dict)
@@ -65,6 +67,7 @@ class Journal:
     looked_up: dict[LookUp | Trace, Any] = field(default_factory=dict)
     quiet: bool = False
     follows: dict[Key, tuple[Follows, ...]] = field(default_factory=dict)
+    sealed: bool = False
 
     def play(self, turns: Turns[R]) -> Turns[R]:
         """Run turns, giving the replies that are known and passing the other turns on.
@@ -101,7 +104,10 @@ class Journal:
                 self._drop_following(other, self.answers.pop(other))
 
     def _reply(self, turn: Turn) -> Generator[Turn, Any, Any]:
+        self.sealed = self.sealed or isinstance(turn, Begin)
         match turn:
+            case _ if self.sealed:
+                return (yield turn)
             case Propose():
                 return (yield from self._propose(turn))
             case LookUp() | Trace():
