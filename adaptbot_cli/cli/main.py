@@ -21,6 +21,7 @@ from adaptbot_cli.cli import (
     resume,
     run,
     trust,
+    world,
 )
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError
@@ -57,6 +58,7 @@ app.command("trust")(trust.trust)
 app.add_typer(pending.app, name="pending")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")
+app.add_typer(world.app, name="world")
 app.add_typer(evaluate.app, name="eval")
 
 

@@ -27,6 +27,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
+from adaptbot_cli.errors import Interrupted, WorldError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -161,7 +162,6 @@ def run(
 
 def pursue(request: "Request", home: "Workspace", json: bool) -> int:
     """Pursue what is asked for, in this terminal; return the exit code."""
-    from adaptbot_cli.errors import Interrupted
     from adaptbot_cli.session import build
 
     screen = console(stderr=json)
@@ -183,6 +183,8 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
             session.screen.finish(result, result.revision)
             if not request.dry_run:
                 _tell_where(screen, session, home.root)
+        if session.stopped:
+            _note(screen, f"stopped; to go on from here: adaptbot resume{_named(session, home)}")
         for sentence in session.unused():
             _note(screen, sentence)
     return exit_code(result)
@@ -198,11 +200,18 @@ def _note(screen: "Console", told: str) -> None:
 
 def _interrupted(session: "Session", home: "Workspace") -> str:
     """What becomes of the answers that were given, and how to go on with them."""
+    kept = "nothing was committed"
+    if session.acted:
+        kept = "what was done and seen until then is kept"
+    if session.transcript is None:
+        return f"interrupted; {kept}"
+    return f"interrupted; {kept}. To go on: adaptbot resume{_named(session, home)}"
+
+
+def _named(session: "Session", home: "Workspace") -> str:
+    """The run's transcript as an argument, unless it is where it is looked for."""
     path = session.transcript
-    if path is None:
-        return "interrupted; nothing was committed"
-    name = "" if path.parent == home.transcripts else f" {path}"
-    return f"interrupted; nothing was committed. To go on: adaptbot resume{name}"
+    return "" if path is None or path.parent == home.transcripts else f" {path}"
 
 
 def _tell_where(screen: "Console", session: "Session", root: Path) -> None:
@@ -214,5 +223,15 @@ def _tell_where(screen: "Console", session: "Session", root: Path) -> None:
 
 
 def exit_code(result: "Result") -> int:
-    """Return 0 if the plan is executable and meets its goal, 3 if findings remain."""
-    return 0 if result.goal_met else FINDINGS
+    """Return 0 if the plan is executable and meets its goal, 3 if findings remain.
+
+    A run whose robot was stopped by Ctrl-C ends with 130, one whose world was lost with 6.
+    """
+    if result.goal_met:
+        return 0
+    from adaptbot_cli.session.building import is_stopped
+
+    errors = [r.outcome.error for r in result.runs or (result,) if r.outcome and r.outcome.error]
+    if any(error.code == "E602" for error in errors):
+        return WorldError.exit_code
+    return Interrupted.exit_code if any(map(is_stopped, errors)) else FINDINGS

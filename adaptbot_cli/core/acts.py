@@ -17,7 +17,7 @@ from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
 from adaptbot_cli.core.run import Acting, Run
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Stop, Surprised, Turn
-from adaptbot_cli.core.world import LOST, STOPPED, Acted, Seen, believe, is_irreversible
+from adaptbot_cli.core.world import LOST, REFUSED, STOPPED, Acted, Seen, believe, is_irreversible
 
 MOST_ACTS = 1_000
 """How many steps one run tries at most, so that it ends in a world that undoes them all."""
@@ -55,10 +55,13 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
             continue
         agreed = yield from _agreed(run, acting, step, bound)
         if not agreed or len(acting.acts) >= MOST_ACTS:
-            acting.over = STOPPED
+            acting.over = REFUSED
             break
         expected = run.kg.delta(bound.action.effect, {"agent": run.kg.domain.agent, **bound.values})
-        seen: Seen = yield Act(len(acting.acts) + 1, step, bound, expected)
+        seen: Seen | None = yield Act(len(acting.acts) + 1, step, bound, expected)
+        if seen is None:
+            acting.over = STOPPED
+            break
         delta, surprise = believe(run.kg, Delta() if seen.failed else expected, seen)
         _log(run, acting, Acted(step, bound, delta, surprise, seen.failed))
         if not seen.failed:
@@ -107,7 +110,7 @@ def settle(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
     acting.unkept = []
     if delta:
         step = f"{len(acting.acts)}. {told(acting.acts[-1])}" if acting.acts else ""
-        kept: Kept = yield Believe(run.task, delta, step, acting.left)
+        kept: Kept = yield Believe(run.task, delta, step)
         run.revision = kept.revision or run.revision
 
 
@@ -177,10 +180,10 @@ def _error(acting: Acting, report: Report) -> Finding | None:
         return None
     steps = f"stopped after {number} step{'s' * (number != 1)}; what was seen is kept"
     why = next((f"{finding.message}; " for finding in report.blocking), "")
-    failed = failure(acting)
-    if failed is not None:
-        return replace(failed, step=len(acting.passed))
-    return Finding("E604", f"{'' if acting.over else why}{steps}")
+    found = failure(acting)
+    if found is not None:
+        return replace(found, step=len(acting.passed))
+    return Finding("E604", f"{'' if acting.over else why}{steps}", prop=acting.over)
 
 
 def failure(acting: Acting) -> Finding | None:

@@ -135,7 +135,8 @@ class Begin:
 
 @dataclass(frozen=True, slots=True)
 class Act:
-    """Have a step carried out in the world outside; the reply is what is `Seen` then.
+    """Have a step carried out in the world outside; the reply is what is `Seen` then, None if the
+    person has stopped the run before it.
 
     `number` counts the steps tried, from 1; `expected` is what it should change.
     """
@@ -156,12 +157,11 @@ class Surprised:
 @dataclass(frozen=True, slots=True)
 class Believe:
     """Have what was done and seen committed: `delta` is what it changes, `step` the step in words,
-    "" before the first; `left` are the steps that are still to be done, as a plan's text."""
+    "" before the first."""
 
     task: Task
     delta: Delta
     step: str
-    left: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from decimal import Decimal
 
 from rdflib import Literal, URIRef, Variable
 from rdflib.term import Node
@@ -13,8 +14,9 @@ from adaptbot_cli.core.plan import Step
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.terms import STATES, Triple, local
 
-STOPPED, LOST = "stopped", "lost"
-"""Why nothing more can be done in a world: the person stopped it, it does not answer."""
+STOPPED, REFUSED, LOST = "stopped", "refused", "lost"
+"""Why nothing more is done in a world: the person pressed Ctrl-C or did not agree to a step, or the
+world does not answer."""
 
 Named = tuple[str, str, str | bool | int | float]
 """A fact by names: thing, property, and the other thing or the value."""
@@ -56,10 +58,15 @@ class Acted:
 def named(fact: Triple, kg: Kg) -> Named:
     """Return a fact by the home's own names."""
     subject, predicate, value = fact
-    plain = value.toPython() if isinstance(value, Literal) else None
-    known = plain if isinstance(plain, bool | int | float) else None
-    said = known if known is not None else kg.name(value)
-    return kg.name(subject), local(predicate), said
+    return kg.name(subject), local(predicate), plain(value, kg)
+
+
+def plain(node: Node, kg: Kg) -> str | bool | int | float:
+    """Return a thing's name, or a value as JSON has it."""
+    value = node.toPython() if isinstance(node, Literal) else kg.name(node)
+    if isinstance(value, Decimal):
+        return int(value) if value == int(value) else float(value)
+    return value if isinstance(value, bool | int | float) else str(value)
 
 
 def fact_of(told: object, kg: Kg) -> Triple:

@@ -12,6 +12,7 @@ from adaptbot_cli import bounded, trust
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
+from adaptbot_cli.core.world import STOPPED
 from adaptbot_cli.session.driving import Nowhere, Ports, drive
 from adaptbot_cli.session.loading import EDITS, load, reader
 from adaptbot_cli.session.resuming import content_of, guarded, remembering, spent
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.adapters.world.simulated import SimulatedHome
     from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.plan import Finding
     from adaptbot_cli.core.request import Reading
 
 
@@ -98,6 +100,8 @@ class Session:
     unused: Callable[[], list[str]] = list
     edited: Sequence[str] = ()
     state: str | None = None
+    stopped: bool = False
+    root: Path = Path()
     done: tuple[str, ...] = ()
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
@@ -133,9 +137,16 @@ class Session:
             if run.outcome and run.verdict == "executable":
                 self.state = self.keeper.apply(run.report.task.name, run.outcome.deltas)
                 self.revisions[1] = self.state
-        if self.recorder is not None:
+        last = result.outcome.error if result.outcome else None
+        self.stopped = last is not None and is_stopped(last)
+        if self.recorder is not None and not self.stopped:  # else it can be gone on with
             self.recorder.finished(result)
         return result
+
+    @property
+    def acted(self) -> bool:
+        """Whether something was committed as it was done."""
+        return self.ports.world is not None and _head(self.root) != self.revisions[0]
 
 
 @contextmanager
@@ -171,6 +182,7 @@ def build(
         replans = 0 if chosen.model is None else request.replans
         session = Session(request, kg, read, nobody, planner.name, screen, replans)
         session.asked = _asked_model(request, chosen)
+        session.root = workspace.root
         session.unused = getattr(human, "unused", list)
         transcript = session.transcript = _transcript(request, workspace)
         store: Store = Nowhere()
@@ -181,12 +193,12 @@ def build(
             for note in start.notes:
                 console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
         elif workspace.has(request.domain):
-            session.revisions[0] = _head(workspace)
+            session.revisions[0] = _head(workspace.root)
+        if request.resumes is not None:
+            planner, human, session.done = remembering(request.resumes, planner, human)
         if transcript is not None:
             header = _header(session)
             session.recorder = stack.enter_context(recording(transcript, kg, header))
-        if request.resumes is not None:
-            planner, human, session.done = remembering(request.resumes, planner, human)
         observers: list[Observer] = [screen]
         observers += [session.recorder] if session.recorder else []
         world = world_of(request, kg)
@@ -345,8 +357,8 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
             path.unlink(missing_ok=True)
             raise
         own = partial(trust.trust_own, path, content_of(header))
-        if guarded(header).get("model", LIBRARY) == LIBRARY:
-            recorder.signed = own  # without model and answers there is nothing to trust
+        if {**guarded(header), "model": header.get("model", LIBRARY)} == {"model": LIBRARY}:
+            recorder.signed = own  # without model, world and answers there is nothing to trust
         else:
             own()
         yield recorder
@@ -368,6 +380,7 @@ def _header(session: Session) -> dict[str, Any]:
         "planner": session.planner,
         **session.asked,
         **_options(request),
+        **({"done": list(session.done)} if session.done else {}),
     }
 
 
@@ -410,10 +423,15 @@ def _options(request: Request) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value}
 
 
-def _head(workspace: Workspace) -> str | None:
+def is_stopped(error: "Finding") -> bool:
+    """Tell whether what ended a run is that the person pressed Ctrl-C."""
+    return error.code == "E604" and error.prop == STOPPED
+
+
+def _head(root: Path) -> str | None:
     from adaptbot_cli.adapters.store.git import Repo
 
-    repo = Repo.open(workspace.root)
+    repo = Repo.open(root)
     return repo.head() if repo is not None else None
 
 

@@ -26,6 +26,7 @@ from adaptbot_cli.core.turns import (
     Source,
     Stop,
     Store,
+    Surprised,
     Trace,
     Turn,
     Volunteer,
@@ -36,6 +37,9 @@ from adaptbot_cli.core.world import STOPPED, Seen
 from adaptbot_cli.errors import ModelError
 
 R = TypeVar("R")
+
+_OF_THE_WORLD = (Act, Believe, Surprised, Stop)
+"""The turns at which the robot is acting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,17 +57,50 @@ class Ports:
 def drive(turns: Generator[Turn, Any, R], ports: Ports) -> R:
     """Perform every turn through the ports, show each to the observers, return the result."""
     reply: object = None
-    while True:
-        try:
-            turn = turns.send(reply)
-        except StopIteration as stop:
-            result: R = stop.value
-            return result
-        for observer in ports.observers:
-            observer.asked(turn)
-        reply = perform(turn, ports)
-        for observer in ports.observers:
-            observer.replied(turn, reply)
+    with _CtrlC(ports.world is not None) as ctrl_c:
+        while True:
+            try:
+                turn = turns.send(reply)
+            except StopIteration as stop:
+                result: R = stop.value
+                return result
+            ctrl_c.turn = turn
+            if ctrl_c.pressed and isinstance(turn, Act):
+                reply = None
+                continue
+            for observer in ports.observers:
+                observer.asked(turn)
+            reply = perform(turn, ports)
+            if ctrl_c.pressed and isinstance(reply, Seen):
+                reply = replace(reply, over=reply.over or STOPPED)
+            for observer in ports.observers:
+                observer.replied(turn, reply)
+
+
+@dataclass(slots=True)
+class _CtrlC:
+    """While the robot acts, Ctrl-C stops the run after the step at hand, and a second one at once;
+    at a question or a prompt it does what it always does."""
+
+    held: bool
+    pressed: bool = False
+    turn: Turn | None = None
+    _before: Any = None
+
+    def __enter__(self) -> "_CtrlC":
+        self.held = self.held and threading.current_thread() is threading.main_thread()
+        if self.held:
+            self._before = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self.held:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _note(self, number: int, frame: object) -> None:
+        if self.pressed or not isinstance(self.turn, _OF_THE_WORLD):
+            raise KeyboardInterrupt
+        self.pressed = True
 
 
 def perform(turn: Turn, ports: Ports) -> object:
@@ -88,7 +125,7 @@ def perform(turn: Turn, ports: Ports) -> object:
         case Begin() if ports.world:
             return ports.world.begin(turn)
         case Act() if ports.world:
-            return _at_hand(turn, ports.world)
+            return ports.world.act(turn)
         case Stop() if ports.world:
             return ports.world.stop(turn)
         case Believe():
@@ -110,25 +147,6 @@ def _proposal(turn: Propose, planner: Planner) -> Proposal:
         if turn.attempt == 0:
             raise
         return Proposal(turn.previous, *error.spent, failure=str(error))
-
-
-def _at_hand(turn: Act, world: World) -> Seen:
-    """Have a step carried out; Ctrl-C stops the run after it, a second one at once."""
-    interrupted: list[int] = []
-
-    def note(number: int, frame: object) -> None:
-        if interrupted:
-            raise KeyboardInterrupt
-        interrupted.append(number)
-
-    if threading.current_thread() is not threading.main_thread():
-        return world.act(turn)
-    before = signal.signal(signal.SIGINT, note)
-    try:
-        seen = world.act(turn)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    return replace(seen, over=seen.over or STOPPED) if interrupted else seen
 
 
 class Nowhere:

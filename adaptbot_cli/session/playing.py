@@ -71,7 +71,7 @@ def replay(
     text = str(header.get("task", ""))
     read_it = reader(kg, workspace, header.get("requires") or (), header.get("without") or ())
     player = Player(path, kg, turns)
-    ports = Ports(player, player, WordNet(), player, [player, *observers])
+    ports = Ports(player, player, WordNet(), player, [player, *observers], player)
     policy, replans = header.get("policy", "tutor"), int(header.get("replans", 3))
     full = bool(header.get("full", False))
     planless = all(turn["turn"] != "propose" for turn in turns)
@@ -80,7 +80,9 @@ def replay(
         [task, *_] = read_it(text).tasks
         result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
-        turns_of_it = pursue_each(text, read_it, kg, parser(kg), policy, replans, full)
+        world = header.get("confirm", "none") if "world" in header else None
+        done = tuple(map(str, header.get("done") or ()))
+        turns_of_it = pursue_each(text, read_it, kg, parser(kg), policy, replans, full, world, done)
         result = drive(turns_of_it, ports)
     player.end(result)
     return result

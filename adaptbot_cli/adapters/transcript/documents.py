@@ -97,7 +97,7 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
         case Surprised():
             return {"turn": "surprised", "seen": sentences(turn.surprise, kg)}
         case Believe():
-            return {"turn": "believe", "facts": _facts(turn.delta, kg), "left": turn.left}
+            return {"turn": "believe", "facts": _facts(turn.delta, kg)}
         case Stop():
             return {"turn": "stop", "why": turn.why}
         case Review():

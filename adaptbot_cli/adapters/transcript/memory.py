@@ -35,7 +35,8 @@ class Memory:
 
     `plan` is the last one that was looked at: one that was `proposed` may have been refused;
     `reopened` are the answers that the person went back from. In a world outside, `done` are the
-    calls that were carried out, and `left` is what of the plan was still to be done, by task.
+    calls that were carried out, and `left` is what of the plan was still to be done, by task, of
+    the steps that were `checked`.
     """
 
     proposals: dict[Prompt, Proposal] = field(default_factory=dict)
@@ -46,6 +47,7 @@ class Memory:
     plans: dict[str, str] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     left: dict[str, str] = field(default_factory=dict)
+    checked: list[str] = field(default_factory=list)
     task: str = ""
     proposed: str = ""
     plan: str = ""
@@ -61,6 +63,7 @@ class Memory:
                     self.proposals[prompt] = Proposal(document["reply"], calls=0)
                     self.proposed = document["reply"]
                 case "checked":
+                    self.checked = list(map(str, document.get("steps") or ()))
                     self.plan = self.plans[self.task] = self.proposed
                 case "edit" if document.get("edit") in EDITS:
                     self.edits.setdefault(self.plan, []).append(edit_of(document))
@@ -70,11 +73,18 @@ class Memory:
                 case "offer":
                     self._take_offer(document)
                 case "act" if not document.get("failed"):
-                    self.done.append(str(document.get("does", "")))
-                case "believe" if isinstance(document.get("left"), str):
-                    self.left[self.task] = document["left"]
+                    self._take_act(str(document.get("does", "")))
                 case "review":
                     self._reopen(key_of(document.get("back")))
+
+    def _take_act(self, call: str) -> None:
+        """What was done is not to be done again: what is left of the plan is the plan now."""
+        self.done.append(call)
+        steps = [step.partition(": ")[::2] for step in self.checked]
+        at = next((n for n, step in enumerate(steps, 1) if step[1] == call), 0)
+        self.checked = self.checked[at:]
+        kept = (told for status, told in steps[at:] if status not in ("inserted", "dropped"))
+        self.left[self.task] = "\n".join(kept)
 
     def _take_answer(self, document: Document) -> None:
         key = key_of(document)

@@ -14,12 +14,10 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import IO, Any
 
-from rdflib import Literal
-
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import Act, Begin, Stop
-from adaptbot_cli.core.world import LOST, Seen, fact_of, named
+from adaptbot_cli.core.world import LOST, Seen, fact_of, named, plain
 from adaptbot_cli.errors import WorldError
 
 VERSION = 1
@@ -45,6 +43,7 @@ class Process:
     """A world behind a process. `seconds` is how long it may take for one step.
 
     Nothing that it does is an error of this program: too late, dead or nonsense is a failed step.
+    `answered` tells whether the last message had an answer, `ended_by_itself` how it ended.
     """
 
     command: str
@@ -56,6 +55,8 @@ class Process:
     )
     _errors: list[bytes] = field(default_factory=list, init=False)
     _lost: str = field(default="", init=False)
+    answered: bool = field(default=False, init=False)
+    ended_by_itself: bool = field(default=True, init=False)
 
     @property
     def name(self) -> str:
@@ -153,8 +154,10 @@ class Process:
         with suppress(OSError):
             if process.stdin:
                 process.stdin.close()
-        with suppress(subprocess.TimeoutExpired):
+        try:
             process.wait(LAST_SECONDS)
+        except subprocess.TimeoutExpired:
+            self.ended_by_itself = False
         for number in (signal.SIGTERM, signal.SIGKILL):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(process.pid, number)
@@ -199,6 +202,7 @@ class Process:
         """Say something and wait for the answer; None if none comes, and `_lost` says why."""
         assert self._process is not None and self._process.stdin is not None
         odd: list[str] = []
+        self.answered = False
         try:
             self._process.stdin.write(json.dumps(message).encode() + b"\n")
             self._process.stdin.flush()
@@ -224,6 +228,7 @@ class Process:
             elif not fits(said):
                 odd.append(f"it said what was not asked for: {_short(line)}")
             else:
+                self.answered = True
                 return said, tuple(odd[:MOST_ODD])
         self._lost = _ENDLESS
         return None, tuple(odd[:MOST_ODD])
@@ -236,10 +241,7 @@ class Process:
         """The arguments of an action by parameter, in order: names and plain values."""
         values = turn.bound.values
         given = {p.name: values[p.name] for p in turn.bound.action.parameters if p.name in values}
-        return {
-            name: node.toPython() if isinstance(node, Literal) else self.kg.name(node)
-            for name, node in given.items()
-        }
+        return {name: plain(node, self.kg) for name, node in given.items()}
 
     def _seen(self, answer: Json, odd: Iterable[str]) -> Seen:
         """What an answer tells; what makes no sense is left out, and said."""

@@ -1,0 +1,54 @@
+"""`adaptbot world`: what carries a plan out."""
+
+from typing import Annotated
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    ActTimeoutOption,
+    DomainOption,
+    JsonOption,
+    WorkspaceOption,
+    console,
+    home_of,
+    print_json,
+)
+
+BROKEN = 6
+
+app = typer.Typer(no_args_is_help=True, help="What carries a plan out: a robot, a simulator.")
+
+
+@app.command("check")
+def check(
+    world: Annotated[str, typer.Argument(metavar="exec:COMMAND", help="The process to check.")],
+    act_timeout: ActTimeoutOption = None,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Check that a process keeps to the protocol of docs/worlds.md. Nothing is made to move."""
+    from adaptbot_cli.adapters.display.words import BAD, GOOD, hanging, noted
+    from adaptbot_cli.adapters.world.conformance import conformance
+    from adaptbot_cli.adapters.world.process import Process
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.session.building import ACT_SECONDS, EXEC
+
+    if not world.startswith(EXEC):
+        raise UsageError(f"say what to start: adaptbot world check '{EXEC}python robot.py'")
+    command = world.removeprefix(EXEC).strip()
+    process = Process(command, home_of(workspace_dir, domain).kg, act_timeout or ACT_SECONDS)
+    found = []
+    try:
+        for each in conformance(process):
+            found.append(each)
+            if not json:
+                told = each.what if each.good else f"{each.what}: {each.seen}"
+                console().print(hanging(noted(GOOD if each.good else BAD, told)))
+    finally:
+        process.close()
+    good = all(each.good for each in found)
+    if json:
+        checks = [{"what": c.what, "good": c.good, "seen": c.seen} for c in found]
+        print_json({"world": process.name, "good": good, "checks": checks})
+    return 0 if good else BROKEN
