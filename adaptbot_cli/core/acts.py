@@ -15,12 +15,14 @@ from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Choice, Question
 from adaptbot_cli.core.rehearse import key_of
 from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
 from adaptbot_cli.core.run import Acting, Run
-from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Stop, Surprised, Turn
 from adaptbot_cli.core.world import LOST, REFUSED, STOPPED, Acted, Seen, believe, is_irreversible
 
 MOST_ACTS = 1_000
 """How many steps one run tries at most, so that it ends in a world that undoes them all."""
+
+MOST_AGAIN = 2
+"""How often a step that failed is tried again, before somebody is asked."""
 
 _ALL = "all"
 _AGREE = (
@@ -99,8 +101,9 @@ def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
 
 def _note(acting: Acting, delta: Delta, surprise: Delta, kg: Kg) -> Generator[Turn, Any, None]:
     acting.unkept.append(delta)
+    acting.changes.append(delta)
     if surprise:
-        acting.seen += sentences(surprise, kg)
+        acting.surprises.append(surprise)
         yield Surprised(surprise)
 
 
@@ -220,15 +223,16 @@ def outside(acting: Acting) -> Outside:
 
     A failure is recovered from if a later step was done and the person did not help in between.
     """
-    seen: dict[Triple, None] = {}
+    seen = {fact: None for surprise in acting.surprises for fact in sorted(surprise.added)}
     recovered = 0
     for n, act in enumerate(acting.acts):
-        seen |= dict.fromkeys(sorted(act.surprise.added))
         if act.failed:
             later = (m for m in range(n + 1, len(acting.acts)) if not acting.acts[m].failed)
             done = next(later, None)
             recovered += done is not None and not any(n < help <= done for help in acting.helps)
-    return Outside(sum(bool(act.failed) for act in acting.acts), recovered, tuple(seen))
+    failed = sum(bool(act.failed) for act in acting.acts)
+    changes, surprise = net(acting.changes), net(acting.surprises)
+    return Outside(failed, recovered, tuple(seen), changes, surprise)
 
 
 def placed(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
@@ -251,36 +255,18 @@ def lost(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
 
 
 def is_hopeless(run: Run, acting: Acting) -> bool:
-    """Tell whether to try the last step again would be in vain: it has failed before with nothing
-    to help it since, or nobody knows any more where a thing is that it takes."""
+    """Tell whether to try the last step again would be in vain: it has failed so often before with
+    nothing to help it since, or nobody knows any more where a thing is that it takes."""
     *before, last = acting.acts[(acting.helps or [0])[-1] :]
     if not last.failed:
         return False
     if lost(run, last):
         return True
-    same = (act for act in before if key_of(act.bound) == key_of(last.bound))
-    return not last.surprise and any(act.failed for act in same)
+    same = (act for act in before if act.failed and key_of(act.bound) == key_of(last.bound))
+    return not last.surprise and sum(1 for _ in same) >= MOST_AGAIN
 
 
 def with_failure(acting: Acting, report: Report) -> Report:
     """Return the plan that is left with the failure of its first step as a finding."""
     found = failure(acting)
     return report if found is None else replace(report, findings=(found, *report.findings))
-
-
-def sentences(surprise: Delta, kg: Kg) -> list[str]:
-    """Say what was seen against expectation, a sentence for each property of a thing."""
-    before = {(s, p): o for s, p, o in sorted(surprise.removed)}
-    found = []
-    for subject, predicate, value in sorted(surprise.added):
-        old = before.pop((subject, predicate), None)
-        instead = f", not {kg.name(old)}" if old is not None else ""
-        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} {kg.name(value)}{instead}")
-    for (subject, predicate), value in before.items():
-        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} is not {kg.name(value)}")
-    return found
-
-
-def _label(predicate: Any, kg: Kg) -> str:
-    prop = kg.domain.properties.get(predicate)
-    return prop.label if prop is not None and prop.label else local(predicate)

@@ -73,6 +73,8 @@ def ask_about(run: Run, report: Report, question: Question) -> Generator[Turn, A
 def _ask_together(run: Run, report: Report, question: Question) -> Generator[Turn, Any, None]:
     """Ask a question, and what else is to be known of the same thing."""
     yield from _look_around(run, question)
+    seen = tuple(f"seen: {sentence}" for sentence in run.seen(3, question.about))
+    question = replace(question, notes=(*question.notes, *seen))
     form = forms.around(question, report, run.scene, run.asked, run.full)
     rest: tuple[Question, ...] = ()
     if question.about in asking.taught(run.asked) and question.about not in run.offers:

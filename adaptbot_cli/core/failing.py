@@ -95,7 +95,8 @@ def _teach(
 def _where(run: Run, entity: URIRef, prop: URIRef, why: str) -> Question:
     name = normal(run.kg.name(entity))
     question = attribute_question(run.kg, name, run.kg.domain.properties[prop], "")
-    return replace(question, notes=(why, *_sides(run)), text=f"Where is {name.replace('_', ' ')}?")
+    notes = (why, *(f"seen: {sentence}" for sentence in run.seen(3, name)))
+    return replace(question, notes=notes, text=f"Where is {name.replace('_', ' ')}?")
 
 
 def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
@@ -137,11 +138,5 @@ def _what_now(run: Run, acting: Acting, why: str) -> Question:
         f"{why}. What now?",
         last.step.call.action,
         choices=tuple(choices),
-        notes=_sides(run),
+        notes=tuple(f"seen: {sentence}" for sentence in run.seen(3)),
     )
-
-
-def _sides(run: Run) -> tuple[str, ...]:
-    """What was seen against what the home says, the last of it, to read before a question."""
-    acting = run.acting
-    return tuple(f"seen: {sentence}" for sentence in acting.seen[-3:]) if acting else ()

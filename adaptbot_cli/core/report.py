@@ -85,11 +85,14 @@ class Usage:
 @dataclass(frozen=True, slots=True)
 class Outside:
     """What a world outside did to a plan: how many steps `failed`, how many of those the tutor
-    `recovered` from without the person, and the facts that were `observed` against expectation."""
+    `recovered` from without the person, and the facts that were `observed` against expectation;
+    `delta` is all that changed in what is believed, `surprise` the part that was not expected."""
 
     failed: int = 0
     recovered: int = 0
     observed: tuple[Triple, ...] = ()
+    delta: Delta = field(default=Delta())
+    surprise: Delta = field(default=Delta())
 
 
 @dataclass(frozen=True, slots=True)

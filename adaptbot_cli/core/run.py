@@ -15,7 +15,7 @@ from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.report import Bound, Report, Usage
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
-from adaptbot_cli.core.world import Acted
+from adaptbot_cli.core.world import Acted, sentences
 
 Policy = Literal["tutor", "paper"]
 Confirm = Literal["none", "irreversible", "each"]
@@ -34,8 +34,8 @@ class Acting:
     the steps tried so far, `helps` how many there were each time that the person helped. `passed`
     are all steps so far with what they changed, those that were dropped too, and `at` is how many
     of the plan at hand are among them; `left` are the steps still to be done, as a plan's text.
-    `unkept` is what was done and seen and is not committed yet, `seen` what surprised, in words;
-    `over` is why no more can be done.
+    `changes` is what was done and seen, `unkept` what of it is not committed yet, `surprises` what
+    was seen otherwise than expected; `over` is why no more can be done.
     """
 
     confirm: Confirm = "none"
@@ -43,11 +43,12 @@ class Acting:
     before: list[Call] = field(default_factory=list)
     acts: list[Acted] = field(default_factory=list)
     helps: list[int] = field(default_factory=list)
+    changes: list[Delta] = field(default_factory=list)
     unkept: list[Delta] = field(default_factory=list)
     left: str = ""
     passed: list[tuple[Step, Bound | None, Delta]] = field(default_factory=list)
     at: int = 0
-    seen: list[str] = field(default_factory=list)
+    surprises: list[Delta] = field(default_factory=list)
     over: str = ""
 
     @property
@@ -87,6 +88,17 @@ class Run:
         """What the person may go back to: nothing, once the robot has begun to act."""
         return () if self.acting and self.acting.begun else tuple(self.asked.values())
 
+    def seen(self, most: int, about: str = "") -> tuple[str, ...]:
+        """Return what was seen otherwise than expected, in words, the last of it; of one thing, if
+        `about` names one."""
+        things = set(self.kg.find(about)) if about else set()
+        found = [
+            sentence
+            for surprise in (self.acting.surprises if self.acting else ())
+            for sentence in sentences(surprise, self.kg, things)
+        ]
+        return tuple(dict.fromkeys(found))[-most:]
+
 
 def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Report]:
     """Parse, check, refine and repair a text, looking up the words that the KG does not know."""
@@ -112,7 +124,7 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
     """Have a plan proposed; return its text, or what the person has made of it before."""
     if run.acting is not None and run.acting.begun:
         done = tuple(call.render() for call in run.acting.done)
-        turn = replace(turn, done=done, seen=tuple(run.acting.seen[-MOST_SEEN:]))
+        turn = replace(turn, done=done, seen=run.seen(MOST_SEEN))
     proposal = yield turn
     used = run.usage
     cost = proposal.cost_usd

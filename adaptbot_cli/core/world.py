@@ -1,8 +1,9 @@
 """What comes of a step in a world that may disagree: seen, believed, surprising (DESIGN, 7)."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from decimal import Decimal
+from typing import Any
 
 from rdflib import Literal, URIRef, Variable
 from rdflib.term import Node
@@ -161,3 +162,26 @@ def _may_be(one: Triple, other: Triple, value: Node | None) -> bool:
     if isinstance(one[2], Variable) or isinstance(other[2], Variable):
         return True
     return other[2] != one[2] if value is None else other[2] == value
+
+
+def sentences(surprise: Delta, kg: Kg, about: Collection[Node] = ()) -> list[str]:
+    """Say what was seen otherwise than expected, a sentence for each property of a thing.
+
+    With `about` only what concerns some things is said.
+    """
+    before = {(s, p): o for s, p, o in sorted(surprise.removed) if not about or s in about}
+    found = []
+    for subject, predicate, value in sorted(surprise.added):
+        if about and subject not in about:
+            continue
+        old = before.pop((subject, predicate), None)
+        instead = f", not {kg.name(old)}" if old is not None else ""
+        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} {kg.name(value)}{instead}")
+    for (subject, predicate), value in before.items():
+        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} is not {kg.name(value)}")
+    return found
+
+
+def _label(predicate: Any, kg: Kg) -> str:
+    prop = kg.domain.properties.get(predicate)
+    return prop.label if prop is not None and prop.label else local(predicate)

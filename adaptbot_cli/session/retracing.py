@@ -59,6 +59,8 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
         if turns and turns[-1]["turn"] == "finished":
             raise
         notes.append(_CUT)
+    if last.report is not None and any(step.done for step in last.report.steps):
+        kg = kg_of(header, path, workspace)  # the state before the robot acted
     if last.report is None:
         raise UsageError(f"{path} ended before there was a plan: nothing has a way yet")
     return replace(progress(last.report, last.outcome, kg), note="; ".join(notes))

@@ -20,6 +20,10 @@ _WIDEST_NAME, _WIDEST_PROPERTY = 20, 24
 """How wide these columns may become, so that values keep room beside them."""
 
 
+NOTHING_SEEN = Delta()
+"""What surprised where a plan is only rehearsed."""
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One property of one thing: the values it had and no longer has, and the new ones."""
@@ -44,16 +48,20 @@ def diff_table(
     kg: Kg,
     width: int,
     first: Sequence[str] = (),
+    seen: Delta = NOTHING_SEEN,
 ) -> RenderableType:
     """Return what was learned and how the state differs after the plan, at most `width` wide.
 
     `deltas` are the changes of the executed steps in order, None if nothing was executed; only
-    their net effect is shown. Things named in `first`, such as the items a task requires, come
-    before the others.
+    their net effect is shown, what was `seen` otherwise than expected marked. Things named in
+    `first`, such as the items a task requires, come before the others.
     """
     learned = [row for lesson in lessons for row in _learned(lesson, kg)]
     changed = sorted(_rows(net(deltas or ()), kg), key=_Rank(kg, first))
-    states = [replace(row, graph="") for row in changed]
+    surprising = {(row.about, row.prop) for row in _rows(seen, kg)}
+    states = [
+        replace(row, graph="seen" if (row.about, row.prop) in surprising else "") for row in changed
+    ]
     names = _width((row.about for row in (*learned, *states)), _WIDEST_NAME)
     lessons_part = [heading("Learned"), _listed(learned, names, width, ""), Text()]
     return Group(

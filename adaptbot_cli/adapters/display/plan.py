@@ -108,11 +108,11 @@ def _texts(step: Step, before: Step | None) -> tuple[Text, Text]:
     call = step.call.render()
     again = before is not None and (before.status, before.reason) == (step.status, step.reason)
     why = Text() if again else said(step.reason, "dim italic")
+    if step.done == "failed":
+        return said(call), why
     if step.status == "inserted":
         return (Text("because ", "dim italic").append_text(why) if why else why), said(call, "cyan")
     written = said(step.source or call)
-    if step.done == "failed":
-        return said(call), why
     if step.status == "dropped":
         written.stylize("dim strike")
         return written, why

@@ -21,7 +21,7 @@ from adaptbot_cli.adapters.display.words import (
     noted,
     said,
 )
-from adaptbot_cli.core.acts import sentences
+from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
@@ -42,7 +42,7 @@ from adaptbot_cli.core.turns import (
     Turn,
     Understood,
 )
-from adaptbot_cli.core.world import Seen
+from adaptbot_cli.core.world import Seen, sentences
 
 WIDE = 110
 """From how many columns on the plan and the changes stand side by side, if no value must wrap."""
@@ -181,9 +181,14 @@ def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
     report, outcome = result.report, result.outcome
     also = _after(outcome)
     deltas = outcome.deltas if outcome is not None else None
+    seen = Delta()
+    if result.outside is not None:
+        whole, learned = result.outside.delta, net(lesson.delta for lesson in result.lessons)
+        deltas = (Delta(whole.removed - learned.added, whole.added - learned.removed),)
+        seen = result.outside.surprise
 
     def changes(columns: int) -> RenderableType:
-        return diff_table(result.lessons, deltas, kg, columns, result.report.task.required)
+        return diff_table(result.lessons, deltas, kg, columns, result.report.task.required, seen)
 
     right_width = Measurement.get(console, console.options, changes(width)).maximum
     if width < WIDE or right_width > width * _MOST_FOR_CHANGES:

@@ -99,8 +99,7 @@ def origin_of(origin: Origin, words: Words) -> RenderableType:
         origin.transcript,
     )
     if origin.source != "answer":
-        told = _SOURCES.get(origin.source, origin.source).format(domain=words.domain.name)
-        lines = [Text(told, "cyan")]
+        lines = [said(_source(origin, words), "cyan")]
         if origin.source in ("import", "git", "hand edit", "revert", "update", "retract"):
             lines.append(said(origin.subject))
     else:
@@ -112,6 +111,14 @@ def origin_of(origin: Origin, words: Words) -> RenderableType:
     return Group(*lines, *([last] if last.plain else []))
 
 
+def _source(origin: Origin, words: Words) -> str:
+    """Where a fact comes from that no answer has taught; a robot's step by its call."""
+    step = origin.subject.removeprefix("state: ")
+    if origin.source == "state" and step[:1].isdigit():
+        return f"the robot's step {step}"
+    return _SOURCES.get(origin.source, origin.source).format(domain=words.domain.name)
+
+
 def _fact(triple: Triple, words: Words) -> tuple[Text, ...]:
     return said(words.label(triple[1]), "dim"), said(words.value(triple[2]))
 
@@ -120,8 +127,7 @@ def _past(past: Sequence[Turnover], words: Words) -> Iterable[tuple[Text, ...]]:
     for turn in past:
         origin = turn.origin
         style = "green" if turn.sign == "+" else "red"
-        source = origin.question if origin.source == "answer" else _SOURCES[origin.source]
-        told = source.format(domain=words.domain.name) if origin.source != "answer" else source
+        told = origin.question if origin.source == "answer" else _source(origin, words)
         yield (
             Text(turn.sign, style),
             said(words.value(turn.triple[2])),

@@ -4,7 +4,6 @@ from typing import Any
 
 import yaml
 
-from adaptbot_cli.core.acts import sentences
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.editing import Edit, edited
 from adaptbot_cli.core.kg import Kg
@@ -37,7 +36,7 @@ from adaptbot_cli.core.turns import (
     Turn,
     Understood,
 )
-from adaptbot_cli.core.world import Seen, fact_of, named
+from adaptbot_cli.core.world import Seen, fact_of, named, sentences
 
 Document = dict[str, Any]
 FORMAT = 1

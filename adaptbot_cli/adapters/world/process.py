@@ -53,6 +53,7 @@ class Process:
     _lines: "queue.Queue[bytes | None]" = field(
         default_factory=lambda: queue.Queue(MOST_LINES), init=False
     )
+    _readers: list[threading.Thread] = field(default_factory=list, init=False)
     _errors: list[bytes] = field(default_factory=list, init=False)
     _lost: str = field(default="", init=False)
     answered: bool = field(default=False, init=False)
@@ -184,7 +185,9 @@ class Process:
             (self._process.stdout, self._lines.put),
             (self._process.stderr, self._note_error),
         ):
-            threading.Thread(target=_read, args=(stream, take), daemon=True).start()
+            reader = threading.Thread(target=_read, args=(stream, take), daemon=True)
+            reader.start()
+            self._readers.append(reader)
 
     def _note_error(self, line: bytes | None) -> None:
         if line:
@@ -219,6 +222,7 @@ class Process:
             if line is None:
                 with suppress(subprocess.TimeoutExpired):
                     self._process.wait(LAST_SECONDS)
+                self._readers[-1].join(LAST_SECONDS)  # its last words may still be on the way
                 self._lines.put(None)
                 self._lost = f"the process has ended{self._code()}"
                 return None, tuple(odd[:MOST_ODD])

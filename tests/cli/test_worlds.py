@@ -1,0 +1,290 @@
+"""Plans carried out outside: a simulated home, real processes, and what can go wrong with them."""
+
+import json
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rdflib import Graph, URIRef
+
+from tests.cli.attended import CTRL_C, tty
+from tests.cli.command import ROOT, Ended, Home
+
+WORLD = """\
+@prefix ab: <urn:adaptbot:> .
+@prefix ex: <http://example.org/> .
+ex:egg ex:obj_location ex:drawer .
+ex:pan ex:mrec_location ex:sink .
+ex:stove ab:fails [ ab:action "switch" ; ab:times 1 ; ab:reason "the knob slipped" ] .
+"""
+ANSWERS = "pan: {mrec_location: sink}\negg: {obj_location: drawer}\n"
+
+RUDE = """
+import json, os, sys, time
+
+how = sys.argv[1]
+log = open(sys.argv[2], "a")
+for line in sys.stdin:
+    said = json.loads(line)
+    log.write(line)
+    log.flush()
+    n = said.get("act")
+    if "hello" in said:
+        if how == "never ready":
+            time.sleep(60)
+        told = {"ready": True}
+    elif "stop" in said:
+        told = {"stopped": True}
+        if how == "no goal":
+            told = {"stopped": True, "goal": False, "reason": "the tea is cold"}
+    else:
+        told = {"done": n}
+        if n == 3 and how == "silent":
+            time.sleep(60)
+        if n == 3 and how == "late":
+            time.sleep(1)
+        if n == 3 and how == "dies":
+            sys.stderr.write("motor 4 burnt out")
+            sys.stderr.flush()
+            os._exit(7)
+        if n == 3 and how == "nonsense":
+            sys.stdout.buffer.write(b"\\xff\\x00{{{ [red]\\n42\\n")
+        if n == 3 and how == "unknown things":
+            told["observed"] = [["unicorn", "obj_location", "fridge"], ["egg", "colour", "red"], 7]
+        if n == 3 and how == "contradicts itself":
+            told["observed"] = [["cup", "mrec_location", "table"], ["cup", "mrec_location", "sink"]]
+        if n == 3 and how == "floods":
+            for _ in range(100000):
+                sys.stdout.write("{}\\n")
+        if n == 3 and how == "wrong step":
+            sys.stdout.write(json.dumps({"done": 1}) + "\\n")
+        if n == 3 and how == "long line":
+            sys.stdout.write("x" * 3000000 + "\\n")
+        if how == "holds step 4" and n == 4:
+            while not os.path.exists(sys.argv[3]):
+                time.sleep(0.02)
+    sys.stdout.write(json.dumps(told) + "\\n")
+    sys.stdout.flush()
+    if "stop" in said:
+        break
+"""
+
+
+def rude(home: Home, how: str, *more: str, seconds: float = 20, **env: str) -> Ended:
+    """Have tea made by a process that behaves in some way."""
+    return home.adaptbot(
+        *("run", "make tea", "--no-human", "--world", command(home, how)),
+        *("--act-timeout", str(seconds), *more),
+        **env,
+    )
+
+
+def command(home: Home, how: str) -> str:
+    script = home.write("rude.py", RUDE)
+    log, go_on = home.folder / "log", home.folder / "go on"
+    return f"exec:'{sys.executable}' '{script}' '{how}' '{log}' '{go_on}'"
+
+
+def heard(home: Home) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (home.folder / "log").read_text().splitlines()]
+
+
+def test_a_home_that_differs_is_learned_and_the_goal_is_met_in_it(home: Home) -> None:
+    run = ("run", "make omelette", "--world", home.write("world.ttl", WORLD))
+    ended = home.adaptbot(*run, "--answers", home.write("answers.yaml", ANSWERS), "--json")
+    assert ended.code == 0, ended.said
+    told = ended.json()
+    assert told["goal"]["met"] and told["world"] == {
+        "failed": 2,
+        "recovered": 1,
+        "kind": str(home.folder / "world.ttl"),
+    }
+    failed = [(s["call"][0], s["message"]) for s in told["steps"] if s["done"] == "failed"]
+    assert failed == [
+        ("pick_up_obj", "egg is not at fridge"),
+        ("switch", "the knob slipped"),
+    ]
+    assert {step["done"] for step in told["steps"]} == {"done", "failed"}
+    assert [fact[:3] for fact in told["learned"]] == [
+        ["pan", "mrec_location", "sink"],
+        ["egg", "obj_location", "drawer"],
+    ]
+    egg = home.adaptbot("kg", "show", "egg", "--json").json()
+    assert egg["place"] == "plate" and egg["states"]["IsFried"] is True
+    why = home.adaptbot("kg", "why", "egg")
+    assert "the robot's step 20" in why.said
+    (transcript,) = (home.workspace / "transcripts").iterdir()
+    assert home.adaptbot("replay", str(transcript)).code == 0
+    (progress,) = (home.adaptbot("progress", "--json").json()["lines"][:1],)
+    assert progress[0]["start"] == "fridge"
+
+
+def test_nobody_to_ask_is_as_far_as_it_comes(home: Home) -> None:
+    run = ("run", "make omelette", "--no-human", "--world", home.write("world.ttl", WORLD))
+    ended = home.adaptbot(*run, "--json")
+    told = ended.json()
+    assert ended.code == 3 and not told["goal"]["met"] and told["outcome"] == "findings"
+    assert [s["done"] for s in told["steps"]][:4] == ["done", "done", "failed", "not tried"]
+    assert "E601" in {finding["code"] for finding in told["findings"]}
+    assert home.adaptbot("kg", "show", "egg", "--json").json()["place"] is None
+
+
+def test_a_whole_home_is_taken_as_it_is_and_what_it_does_not_name_is_not_there(home: Home) -> None:
+    graph = Graph()
+    for name in ("attributes.ttl", "state.ttl"):
+        graph.parse(ROOT / "kg" / "kitchen" / name)
+    graph.remove((URIRef("http://example.org/egg"), None, None))
+    whole = home.write("whole.ttl", graph.serialize())
+    ended = home.adaptbot("run", "make omelette", "--no-human", "--world", whole, "--json")
+    told = ended.json()
+    assert ended.code == 3
+    assert [s["message"] for s in told["steps"] if s["done"] == "failed"] == [
+        "there is no egg here"
+    ]
+
+
+def test_steps_slip_by_chance_and_seed_and_are_tried_again(home: Home) -> None:
+    world = home.write("world.ttl", WORLD.partition("ex:egg")[0])
+    noisy = ("--world", world, "--world-noise", "0.2", "--seed", "3", "--dry-run", "--json")
+    first, second = (home.adaptbot("run", "make tea", "--no-human", *noisy).json() for _ in "ab")
+    assert first["steps"] == second["steps"] and first["world"]["failed"] > 0
+    assert first["world"]["recovered"] == first["world"]["failed"] and first["goal"]["met"]
+
+
+FAULTS = {
+    "late": (0, ""),
+    "silent": (3, "it did not answer within"),
+    "dies": (6, 'the process has ended with code 7 (it wrote: "motor 4 burnt out")'),
+    "nonsense": (0, "no JSON object"),
+    "unknown things": (0, 'there is no "unicorn" in this home'),
+    "contradicts itself": (0, "several values of cup mrec_location"),
+    "floods": (6, "its answers never end"),
+    "wrong step": (0, "what was not asked for"),
+    "long line": (0, "no JSON object"),
+    "no goal": (3, "the world says that the goal is not met: the tea is cold"),
+}
+"""What a process does, the exit code, and what is said of it. A step that failed is tried again."""
+
+
+@pytest.mark.parametrize("how", FAULTS)
+def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str) -> None:
+    code, told = FAULTS[how]
+    ended = rude(home, how, seconds=2 if how == "silent" else 30)
+    assert ended.code == code, ended.said
+    assert told in ended.said and "Traceback" not in ended.said
+    if code == 0:
+        assert "goal met" in ended.said
+    acts = [said["act"] for said in heard(home) if "act" in said]
+    assert acts == [*range(1, len(acts) + 1)]
+    (transcript,) = (home.workspace / "transcripts").iterdir()
+    assert home.adaptbot("replay", str(transcript)).code == 0
+
+
+@pytest.mark.parametrize(
+    ("world", "code", "told"),
+    [
+        ("exec:no-such-program-here", 6, 'there is no program "no-such-program-here"'),
+        ("exec:", 6, "exec: needs a command"),
+        ("exec:'", 6, "cannot be read as a command"),
+        ("nowhere.ttl", 6, "cannot read nowhere.ttl"),
+        ("exec:cat", 6, "it did not say that it is ready"),
+    ],
+)
+def test_a_world_that_is_none_is_an_error_with_what_to_do(
+    home: Home, world: str, code: int, told: str
+) -> None:
+    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world, "--act-timeout", "1")
+    assert ended.code == code and "Traceback" not in ended.said
+    assert told in ended.said or "it did not answer within 1 seconds" in ended.said
+
+
+def test_what_is_said_to_the_process_is_as_the_protocol_has_it(home: Home) -> None:
+    assert rude(home, "polite").code == 0
+    hello, *acts, stop = heard(home)
+    assert hello["hello"] == 1 and hello["task"] == "make tea" and hello["domain"] == "kitchen"
+    assert {"name": "move", "parameters": ["place"]} in hello["actions"]
+    assert acts[1] == {
+        "act": 2,
+        "action": "put_down_rec",
+        "args": ["pot", "stove"],
+        "arguments": {"rec": "pot", "loc": "stove"},
+        "expects": {
+            "added": [["pot", "mrec_location", "stove"], ["robot", "agent_near", "stove"]],
+            "removed": [
+                ["pot", "mrec_location", "robot_arm"],
+                ["robot", "agent_near", "cabinet"],
+                ["robot", "rec_in_hand", "pot"],
+            ],
+        },
+    }
+    assert stop == {"stop": "goal met"}
+
+
+def test_ctrl_c_stops_after_the_step_at_hand_and_resume_goes_on_from_there(home: Home) -> None:
+    run = ["run", "make tea", "--no-human", "--world", command(home, "holds step 4")]
+    with tty(home, *run) as terminal:
+        terminal.process.expect_exact(" 3 pick_up_obj")
+        wait_for(lambda: any(said.get("act") == 4 for said in heard(home)))
+        terminal.process.send(CTRL_C)
+        terminal.process.expect_exact("^C")  # it has come, and is only noted
+        (home.folder / "go on").touch()
+        assert terminal.ends() == 130
+        assert "stopped; to go on from here: adaptbot resume" in terminal.said
+    said = [message["act"] for message in heard(home) if "act" in message]
+    assert said == [1, 2, 3, 4]
+    assert home.adaptbot("kg", "show", "water", "--json").json()["place"] == "pot"
+    ended = home.adaptbot("resume")
+    assert ended.code == 0 and "goal met" in ended.said
+    calls = [(m["action"], *m["args"]) for m in heard(home) if "act" in m]
+    assert len(calls) == len(set(calls)), "a step was done twice"
+
+
+def wait_for(is_so: Any, seconds: float = 60) -> None:
+    until = time.monotonic() + seconds
+    while not is_so():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def test_steps_are_confirmed_at_the_terminal(home: Home) -> None:
+    world = f"exec:'{sys.executable}' '{ROOT / 'examples' / 'robot.py'}'"
+    run = ["run", "make tea", "--world", world, "--confirm", "each"]
+    with tty(home, *run) as terminal:
+        terminal.answers(
+            ('Shall the robot do pick_up_rec("pot")?', "1"),
+            ('Shall the robot do put_down_rec("pot", "stove")?', "3"),
+        )
+        assert terminal.ends() == 3 and "stopped after 1 step" in terminal.said
+
+
+def test_the_example_keeps_to_the_protocol_and_others_are_told_where_they_do_not(
+    home: Home,
+) -> None:
+    example = f"exec:'{sys.executable}' '{ROOT / 'examples' / 'robot.py'}'"
+    good = home.adaptbot("world", "check", example, "--json")
+    assert good.code == 0 and good.json()["good"]
+    bad = home.adaptbot("world", "check", command(home, "polite"), "--act-timeout", "5")
+    assert bad.code == 6 and "it said that it is done" in bad.said
+    dead = home.adaptbot("world", "check", "exec:false")
+    assert dead.code == 6 and "the process has ended with code 1" in dead.said
+    assert home.adaptbot("world", "check", "robot.py").code == 2
+
+
+def test_a_workspace_starts_no_process_before_it_is_trusted(home: Home, tmp_path: Path) -> None:
+    assert home.adaptbot("run", "make tea", "--no-human").code == 0
+    mark = tmp_path / "started"
+    settings = home.workspace / "adaptbot.toml"
+    settings.write_text(f"world = \"exec:touch '{mark}'\"\n")
+    ended = home.adaptbot("run", "make tea", "--no-human")
+    assert ended.code == 0 and "world ignored until" in ended.said and not mark.exists()
+    assert home.adaptbot("trust", "--yes").code == 0
+    assert home.adaptbot("run", "make tea", "--no-human").code == 6 and mark.exists()
+
+
+def test_threads_left_behind_keep_nothing_alive(home: Home) -> None:
+    before = threading.active_count()
+    assert rude(home, "polite").code == 0
+    assert threading.active_count() == before
