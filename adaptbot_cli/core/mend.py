@@ -14,7 +14,7 @@ from adaptbot_cli.core import resolve
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.plan import Call, Finding, Goal, Parsed
-from adaptbot_cli.core.rehearse import LONGEST_REPAIR, MOST_ROWS, Search, aim
+from adaptbot_cli.core.rehearse import LONGEST_REPAIR, MOST_IN_ALL, MOST_ROWS, Search, aim
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions
@@ -150,6 +150,7 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
     unused = frozenset(
         e for f in report.findings if f.code == "E501" for e in scene.kg.find(f.subject)[:1]
     )
+    left = MOST_IN_ALL
     for goal, item in _goals(finding, scene):
         tries = [(unused, False)] if unused and item is None else []
         for rather, supposing in (*tries, (frozenset(), False), (frozenset(), True)):
@@ -160,8 +161,10 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
                     supposing=supposing,
                     longest=limit,
                     bars=scene.bars,
+                    left=left,
                 )
                 found = _first(goal, item, report, scene, search)
+                left = search.left
                 if found:
                     reason = goal.message.format(item=scene.kg.name(item)) if item else goal.message
                     return _as_addition(finding, *found, reason, report, scene)

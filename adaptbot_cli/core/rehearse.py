@@ -28,6 +28,9 @@ MOST_DEFAULTS = 5
 MOST_TRIES = 2_000
 """How many actions one search performs at most, so that a check always ends."""
 
+MOST_IN_ALL = 6_000
+"""How many actions are performed at most by all searches for what would bring one goal about."""
+
 MOST_TO_KEEP = 100
 """How many actions are tried to find a way that undoes nothing, at most."""
 
@@ -137,7 +140,8 @@ class Search:
     another way is taken. With `freely` steps may change more than what they are done to, and
     several may bring an aim about that none does alone.
     If it is `yielding`, they are given up where nothing else helps: those are `undone`.
-    A thing that `bars` holds of is not used.
+    A thing that `bars` holds of is not used. No search performs more than `most` actions, and all
+    searches of one object no more than are `left`.
     `gave_up` tells whether the last search ended at the limit of tries.
     """
 
@@ -150,6 +154,7 @@ class Search:
     kept: frozenset[Triple] = frozenset()
     longest: int = LONGEST_REPAIR
     most: int = MOST_TRIES
+    left: int = MOST_IN_ALL
     yielding: bool = False
     undone: list[Triple] = field(default_factory=list)
     gave_up: bool = False
@@ -176,7 +181,7 @@ class Search:
                 steps = self._within(aims, limit, top=True)
                 if steps is not None or not self._cut:
                     return steps
-                if self.tries >= self.most:
+                if self._is_spent():
                     self.gave_up = True
                     return None
             return None
@@ -195,7 +200,7 @@ class Search:
             self._cut = True
             return None
         for bound in self._candidates(open_):
-            if self.tries >= self.most:
+            if self._is_spent():
                 return None
             mark = self.kg.mark
             steps = self._step(bound, limit - 1, open_)
@@ -205,6 +210,9 @@ class Search:
                     return [*steps, *rest]
             self.kg.undo_to(mark)
         return None
+
+    def _is_spent(self) -> bool:
+        return self.tries >= self.most or self.left <= 0
 
     def _brings(self, aims: Iterable[Aim]) -> bool:
         return any(aim.holds() for aim in aims)
@@ -228,6 +236,7 @@ class Search:
         if key in self._trail or self._excluded(bound):
             return None
         self.tries += 1
+        self.left -= 1
         self._trail.append(key)
         before = self._within(tuple(needs_of(bound, self.kg)), limit)
         self._trail.pop()

@@ -7,7 +7,7 @@ from typing import Any
 
 from adaptbot_cli import bounded
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.figures import MEANS, SHARES
+from adaptbot_cli.evaluation.figures import MEANS, SHARES, WORLD_SHARES
 from adaptbot_cli.evaluation.intervals import Interval, bootstrap, mcnemar
 from adaptbot_cli.evaluation.recordings import ARMS, read_text
 
@@ -78,7 +78,9 @@ def compare(before: Json, after: Json, tolerance: float, cost: float) -> list[Di
     for arm in ARMS:
         pairs = [(old[key], new[key]) for key in old if key in new and key[1] == arm]
         if pairs:
-            found += [_difference(arm, name, pairs, tolerance, cost) for name in (*QUALITY, *COSTS)]
+            in_world = all(WORLD_SHARES[0] in trial for pair in pairs for trial in pair)
+            names = (*QUALITY, *(WORLD_SHARES if in_world else ()), *COSTS)
+            found += [_difference(arm, name, pairs, tolerance, cost) for name in names]
     if not found:
         raise UsageError("the two experiments have no trial in common, so nothing can be compared")
     return found
@@ -93,9 +95,9 @@ def _difference(
         return Difference(arm, name, 0, 0.0, 0.0, (0.0, 0.0), 0, 0, None, False)
     before, after = (sum(side) / n for side in zip(*values, strict=True))
     changes = [b - a for a, b in values]
-    good = 1 if name in BETTER_HIGH else -1
+    good = 1 if name in (*BETTER_HIGH, *WORLD_SHARES) else -1
     better, worse = sum(good * c > 0 for c in changes), sum(good * c < 0 for c in changes)
-    p = mcnemar(better, worse) if name in SHARES else None
+    p = mcnemar(better, worse) if name in (*SHARES, *WORLD_SHARES) else None
     loss = good * (before - after)
     allowed = cost * before if name in COSTS else tolerance
     regression = loss > allowed + 1e-9

@@ -15,11 +15,12 @@ from adaptbot_cli.core.tutor import Policy
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation import figures
 from adaptbot_cli.evaluation.paper import paper_figures
+from adaptbot_cli.evaluation.planting import plant
 from adaptbot_cli.evaluation.published import Series
 from adaptbot_cli.evaluation.recordings import ARMS, Row, row_of
 from adaptbot_cli.evaluation.results import Results, digest
 from adaptbot_cli.evaluation.running import Chain, chains, run, workers
-from adaptbot_cli.evaluation.trials import Rules, World, first_answer
+from adaptbot_cli.evaluation.trials import Basis, Rules, first_answer
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 
@@ -34,7 +35,8 @@ class Setting:
     """What an experiment is asked to do: the command line, read.
 
     `kg` and `truth` are Turtle files; without `kg` the base is the workspace's own graph, without
-    `truth` the person knows what the base knows. `select` is a pattern of row ids.
+    `truth` the person knows what the base knows. `select` is a pattern of row ids. With `world`
+    plans are carried out in the truth; `planted` is the share of errors put into the base.
     """
 
     domain: str
@@ -51,6 +53,8 @@ class Setting:
     select: str | None = None
     model: str | None = None
     api_base: str | None = None
+    world: bool = False
+    planted: float = 0.0
 
     def as_json(self) -> Json:
         """Return what makes a difference to the figures, for the report."""
@@ -65,6 +69,8 @@ class Setting:
             "human_error": self.human_error,
             "seed": self.seed,
             "model": self.model,
+            **({"world": "truth"} if self.world else {}),
+            **({"planted": self.planted} if self.planted else {}),
             "version": __version__,
         }
 
@@ -75,7 +81,7 @@ class Experiment:
 
     setting: Setting
     rows: list[Row]
-    world: World
+    world: Basis
     rules: Rules
     skipped: Counter[str] = field(default_factory=Counter)
 
@@ -159,12 +165,15 @@ def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Expe
         UsageError: no row is left to run, or there is no such domain.
         KnowledgeError: a graph cannot be read.
     """
-    world = World(
-        workspace.files(setting.domain),
-        str(workspace.folder(setting.domain)),
-        read_graphs(setting.kg),
-        read_graphs(setting.truth) or read_graphs(setting.kg),
-        workspace.library(setting.domain),
+    world = _planted(
+        Basis(
+            workspace.files(setting.domain),
+            str(workspace.folder(setting.domain)),
+            read_graphs(setting.kg),
+            read_graphs(setting.truth) or read_graphs(setting.kg),
+            workspace.library(setting.domain),
+        ),
+        setting,
     )
     ours, skipped = _of_domain(rows, world)
     chosen = [row for row in ours if fnmatchcase(row.id, setting.select or "*")]
@@ -177,8 +186,19 @@ def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Expe
         setting.seed,
         setting.model,
         setting.api_base,
+        setting.world,
     )
     return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
+
+
+def _planted(basis: Basis, setting: Setting) -> Basis:
+    """The same with errors planted in what trials start from; the truth stays as it is."""
+    if not setting.planted:
+        return basis
+    facts = list(basis.fresh().facts)
+    wrong = plant(facts, basis.fresh(), setting.planted, setting.seed)
+    truth = basis.truth if basis.truth is not None else facts
+    return replace(basis, base=wrong, truth=truth, planted=frozenset(wrong) - frozenset(facts))
 
 
 def of_published(
@@ -206,13 +226,13 @@ def of_published(
 def _domain_called(name: str, workspace: Workspace) -> str:
     """The domain that recordings call by a name."""
     for domain in workspace.domains():
-        known = _names(World(workspace.files(domain), domain)) | _names_in_bundle(domain)
+        known = _names(Basis(workspace.files(domain), domain)) | _names_in_bundle(domain)
         if name in known:
             return domain
     raise UsageError(f'no domain is called "{name}": give one this name, as ab:alias in domain.ttl')
 
 
-def _of_domain(rows: Sequence[Row], world: World) -> tuple[list[Row], Counter[str]]:
+def _of_domain(rows: Sequence[Row], world: Basis) -> tuple[list[Row], Counter[str]]:
     """The rows that are of the world's domain, and how many are of each other one."""
     names = {"", *_names(world)}
     if not any(row.domain in names for row in rows):
@@ -222,13 +242,13 @@ def _of_domain(rows: Sequence[Row], world: World) -> tuple[list[Row], Counter[st
     return ours, Counter(row.domain for row in rows if row.domain not in names)
 
 
-def _names(world: World) -> set[str]:
+def _names(world: Basis) -> set[str]:
     return {world.domain.name, *world.domain.aliases}
 
 
 def _names_in_bundle(domain: str) -> set[str]:
     folder = bundled("kg") / domain
-    return _names(World(read_files(folder), domain)) if folder.is_dir() else set()
+    return _names(Basis(read_files(folder), domain)) if folder.is_dir() else set()
 
 
 def _nothing_left(setting: Setting, rows: Sequence[Row], ours: Sequence[Row]) -> str:

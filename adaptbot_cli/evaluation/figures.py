@@ -24,6 +24,10 @@ MEANS = (
 )
 """Measures that are averaged; those that a trial does not have are left out."""
 
+WORLD_SHARES = ("world_goal_met",)
+WORLD_MEANS = ("steps_failed", "recovered", "repaired_by_person", "repaired_by_seeing")
+"""The same of trials in a world: only these have them."""
+
 _TYPE = " <http://www.w3.org/1999/02/22-rdf-syntax-ns#type> "
 
 
@@ -52,11 +56,12 @@ def _of_arm(trials: Sequence[Json], cumulative: bool) -> Json:
     n = len(trials)
     told: Json = {"n": n}
     intervals: Json = {}
-    for name in SHARES:
+    in_world = all(WORLD_SHARES[0] in t for t in trials)
+    for name in (*SHARES, *(WORLD_SHARES if in_world else ())):
         count = sum(bool(t[name]) for t in trials)
         told[name] = count / n
         intervals[name] = wilson(count, n)
-    for name in MEANS:
+    for name in (*MEANS, *(WORLD_MEANS if in_world else ())):
         values = [t[name] for t in trials if t[name] is not None]
         told[name] = sum(values) / len(values) if values else None
         intervals[name] = bootstrap(values) if values else None

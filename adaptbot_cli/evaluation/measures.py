@@ -17,13 +17,24 @@ from adaptbot_cli.core.report import Bound, Report, Result
 from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import AB
 
+OF_WORLD = (
+    "world_goal_met",
+    "steps_failed",
+    "recovered",
+    "repaired_by_person",
+    "repaired_by_seeing",
+)
+"""The measures that only a trial in a world has."""
+
 
 @dataclass(frozen=True, slots=True)
 class Trial:
     """One task in one arm, measured.
 
     `nodes` and `edges` are those of the graph before and after; `taught` the facts learned, as
-    N-Triples; `answers` what the model said, where it is not recorded elsewhere.
+    N-Triples; `answers` what the model said, where it is not recorded elsewhere. The last ones are
+    of a trial in a world: the goal there, steps that failed and were recovered from without the
+    person, planted errors that the person and the world put right.
     """
 
     id: str
@@ -58,10 +69,15 @@ class Trial:
     taught: tuple[str, ...]
     recorded: dict[str, float]
     answers: tuple[str, ...] = ()
+    world_goal_met: bool | None = None
+    steps_failed: int | None = None
+    recovered: int | None = None
+    repaired_by_person: int | None = None
+    repaired_by_seeing: int | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the trial as a plain object, as it is read back from a file."""
-        told = asdict(self)
+        told = {key: v for key, v in asdict(self).items() if v is not None or key not in OF_WORLD}
         return {key: list(v) if isinstance(v, tuple) else v for key, v in told.items()}
 
 
@@ -105,7 +121,8 @@ def _succeeded(report: Report) -> Iterator[tuple[Bound, Delta]]:
     """The steps that changed the world as they should, with what they changed."""
     rows = zip(report.steps, report.bounds, report.deltas, strict=True)
     for step, bound, delta in rows:
-        if bound is not None and delta and step.status not in ("dropped", "finding"):
+        took_place = step.status not in ("dropped", "finding") and step.done != "failed"
+        if bound is not None and delta and took_place:
             yield bound, delta
 
 

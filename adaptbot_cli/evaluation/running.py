@@ -13,7 +13,7 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.errors import AdaptbotError
 from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.recordings import Row
-from adaptbot_cli.evaluation.trials import Rules, World, perform
+from adaptbot_cli.evaluation.trials import Basis, Rules, perform
 
 Key = tuple[str, str]
 Lessons = tuple[Lesson, ...]
@@ -47,7 +47,7 @@ def chains(rows: Sequence[Row], arms: Sequence[str], cumulative: bool) -> list[C
 
 
 def run(
-    todo: Sequence[Chain], world: World, rules: Rules, pool: ProcessPoolExecutor | None = None
+    todo: Sequence[Chain], world: Basis, rules: Rules, pool: ProcessPoolExecutor | None = None
 ) -> Iterator[Trial]:
     """Run chains of trials, in a pool if there is one; yields each trial as it ends."""
     if pool is not None:
@@ -62,7 +62,7 @@ def run(
 
 
 @contextmanager
-def workers(world: World, rules: Rules, jobs: int) -> Iterator[ProcessPoolExecutor | None]:
+def workers(world: Basis, rules: Rules, jobs: int) -> Iterator[ProcessPoolExecutor | None]:
     """Start processes that run trials, none for one job; stop them at once at the end.
 
     They are forked where that is possible, from a process that has no threads yet: so start them
@@ -108,14 +108,14 @@ _performer: Callable[[Row, str, Lessons], tuple[Trial, Lessons]] | None = None
 """What a process of the pool runs trials with: its graphs are loaded once."""
 
 
-def _start(world: World, rules: Rules) -> None:
+def _start(world: Basis, rules: Rules) -> None:
     global _performer
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     _performer = partial(_with, world, rules)
 
 
 def _with(
-    world: World, rules: Rules, row: Row, arm: str, carried: Lessons
+    world: Basis, rules: Rules, row: Row, arm: str, carried: Lessons
 ) -> tuple[Trial, Lessons]:
     return perform(row, arm, world, rules, carried)
 

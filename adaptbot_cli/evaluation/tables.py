@@ -45,6 +45,11 @@ def whole(value: float) -> str:
 MEASURES = (
     Measure("executable, %", "executable", percent),
     Measure("goal met, %", "goal_met", percent),
+    Measure("goal met in the world, %", "world_goal_met", percent),
+    Measure("steps that failed", "steps_failed", count),
+    Measure("recovered from", "recovered", count),
+    Measure("planted errors, by the person", "repaired_by_person", count),
+    Measure("planted errors, by seeing", "repaired_by_seeing", count),
     Measure("ingredient overlap, %", "overlap", percent, "overlap"),
     Measure("effective overlap, %", "effective_overlap", percent),
     Measure("required lost unreported", "required_lost", whole),
@@ -103,7 +108,7 @@ def _title(group: Json, settings: Json) -> Text:
 def _table(group: Json) -> Table:
     arms = group["arms"]
     table = _frame("mean a task [95 %]", arms)
-    for measure in MEASURES:
+    for measure in _measured(arms):
         table.add_row(measure.title, *(_cell(measure, figures) for figures in arms.values()))
         for label, row in _published(measure, group):
             table.add_row(Text(f"  {label}", "dim"), *(Text(value, "dim") for value in row))
@@ -121,6 +126,11 @@ def _table(group: Json) -> Table:
         )
     table.add_row("seconds, all tasks", *(f"{f['seconds']:.1f}" for f in arms.values()))
     return table
+
+
+def _measured(arms: Mapping[str, Json]) -> list[Measure]:
+    """The measures that the arms have."""
+    return [m for m in MEASURES if any(m.name in figures for figures in arms.values())]
 
 
 def _frame(head: str, arms: Mapping[str, Json]) -> Table:
@@ -169,7 +179,7 @@ def _dim(values: Sequence[str]) -> list[Text]:
 def _all_together(report: Json) -> Group:
     arms = report["arms"]
     table = _frame("mean a task [95 %]", arms)
-    for measure in MEASURES:
+    for measure in _measured(arms):
         table.add_row(measure.title, *(_cell(measure, figures) for figures in arms.values()))
     n = next(iter(arms.values()))["n"]
     return Group(Text(f"all {n} tasks", "bold"), table)

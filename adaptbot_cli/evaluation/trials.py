@@ -20,8 +20,10 @@ from adaptbot_cli.adapters.planner.scrub import secrets
 from adaptbot_cli.adapters.simulated import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, split
 from adaptbot_cli.adapters.terminal import AbsentHuman
+from adaptbot_cli.adapters.world.simulated import SimulatedHome
 from adaptbot_cli.core import teach
 from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parse import parser
@@ -32,10 +34,11 @@ from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
-from adaptbot_cli.core.tutor import Policy, Turns, pursue
+from adaptbot_cli.core.tutor import Confirm, Policy, Turns, pursue
 from adaptbot_cli.evaluation import measures
 from adaptbot_cli.evaluation.baseline import unaided
 from adaptbot_cli.evaluation.measures import Trial
+from adaptbot_cli.evaluation.planting import repaired
 from adaptbot_cli.evaluation.recordings import Row
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
@@ -46,7 +49,8 @@ from adaptbot_cli.session.driving import Nowhere
 class Rules:
     """How trials are run. `human_error` is the probability of a wrong answer; `model` plans live,
     `LIBRARY` is the plan library; without one the rows' recorded answers plan. `api_base` is the
-    address of the model's server, if it is not its provider's own."""
+    address of the model's server, if it is not its provider's own. With `world` plans are carried
+    out in the truth, which no arm sees whole, and judged there."""
 
     policy: Policy = "tutor"
     replans: int = 3
@@ -54,14 +58,15 @@ class Rules:
     seed: int = 0
     model: str | None = None
     api_base: str | None = None
+    world: bool = False
 
 
 @dataclass(frozen=True)
-class World:
+class Basis:
     """What trials start from: a domain pack's files, the facts of the base graph, the truth.
 
     `base` and `truth` replace the facts of the pack, where they are given; `library` names the
-    folders of its plans.
+    folders of its plans; `planted` are the facts of the base that were made wrong on purpose.
     """
 
     files: Mapping[str, bytes]
@@ -69,6 +74,7 @@ class World:
     base: Sequence[Triple] | None = None
     truth: Sequence[Triple] | None = None
     library: tuple[Path, ...] = ()
+    planted: frozenset[Triple] = frozenset()
 
     @cached_property
     def _first(self) -> Kg:
@@ -100,7 +106,13 @@ class World:
 
     def __reduce__(self) -> tuple[object, ...]:
         """Give another process the sources: graphs live in an engine that cannot be sent."""
-        return (World, (self.files, self.where, self.base, self.truth, self.library))
+        given = (self.files, self.where, self.base, self.truth, self.library, self.planted)
+        return (Basis, given)
+
+    def home(self) -> Kg:
+        """Return the truth as a home to act in, a new one each time."""
+        true = self.true
+        return Kg.load(true.domain, true.graph(ATTRIBUTES), true.graph(STATES))
 
     def fresh(self, carried: Sequence[Lesson] = ()) -> Kg:
         """Return the base graph, a new one each time, with lessons carried over."""
@@ -170,60 +182,85 @@ def _together(tasks: Sequence[Task]) -> Task | None:
 
 
 def perform(
-    row: Row, arm: str, world: World, rules: Rules, carried: Sequence[Lesson] = ()
+    row: Row, arm: str, basis: Basis, rules: Rules, carried: Sequence[Lesson] = ()
 ) -> tuple[Trial, tuple[Lesson, ...]]:
     """Run one trial; returns it with what was learned, to carry over."""
     started = time.perf_counter()
-    kg = world.fresh(carried)
+    kg = basis.fresh(carried)
     task = task_of(row, kg)
-    planner = Listening(_planner(row, arm, rules, world, kg))
-    person = SimulatedHuman(world.true, rules.human_error, f"{rules.seed}|{row.id}")
+    planner = Listening(_planner(row, arm, rules, basis, kg))
+    person = SimulatedHuman(basis.true, rules.human_error, f"{rules.seed}|{row.id}")
     human = person if arm == "llm+kg+human" else AbsentHuman()
-    ports = Ports(planner, human, words(), Nowhere())
-    result = drive(_turns(arm, task, kg, rules), ports)
+    home = SimulatedHome(kg, basis.home(), "truth", seed=rules.seed) if rules.world else None
+    ports = Ports(planner, human, words(), Nowhere(), (), home)
+    result = drive(_turns(arm, task, kg, rules, home), ports)
     seconds = time.perf_counter() - started
     trial = _measured(row, arm, result, kg, person, seconds)
+    if home is not None:
+        trial = _in_world(trial, result, home, basis)
     said = tuple(planner.said) if rules.model else ()
     return replace(trial, answers=said), result.lessons
 
 
-def first_answer(row: Row, world: World, rules: Rules) -> str:
+def first_answer(row: Row, basis: Basis, rules: Rules) -> str:
     """Ask a live model for the plan that all arms start from. Raises ModelError."""
-    kg = world.fresh()
-    return live(rules, world, kg).propose(Propose(task_of(row, kg))).text
+    kg = basis.fresh()
+    return live(rules, basis, kg).propose(Propose(task_of(row, kg))).text
 
 
-def live(rules: Rules, world: World, kg: Kg) -> Planner:
+def live(rules: Rules, basis: Basis, kg: Kg) -> Planner:
     """Return the planner that the rules name: a model, or the plan library."""
     if rules.model in (None, LIBRARY):
-        return Library(world.library, kg.domain, kg=kg)
-    return _model(rules, world, kg)
+        return Library(basis.library, kg.domain, kg=kg)
+    return _model(rules, basis, kg)
 
 
-def _planner(row: Row, arm: str, rules: Rules, world: World, kg: Kg) -> Planner:
+def _planner(row: Row, arm: str, rules: Rules, basis: Basis, kg: Kg) -> Planner:
     if rules.model == LIBRARY:
-        return live(rules, world, kg)  # it says the same each time, and costs nothing
+        return live(rules, basis, kg)  # it says the same each time, and costs nothing
     if rules.model is None:
-        return Recorded(row.model, row.said(arm), _prompts(world, kg))
-    model = _model(rules, world, kg)
+        return Recorded(row.model, row.said(arm), _prompts(basis, kg))
+    model = _model(rules, basis, kg)
     return Recorded(row.model, row.said(arm), model.prompts, model)
 
 
-def _model(rules: Rules, world: World, kg: Kg) -> Model:
-    name, prompts = for_model(rules.model or LIBRARY, _prompts(world, kg))
+def _model(rules: Rules, basis: Basis, kg: Kg) -> Model:
+    name, prompts = for_model(rules.model or LIBRARY, _prompts(basis, kg))
     hidden = secrets(os.environ, rules.api_base)
     return Model(name, prompts, Asking(api_base=rules.api_base), secrets=hidden)
 
 
-def _prompts(world: World, kg: Kg) -> Prompts:
-    return Prompts(bundled("prompts"), kg, world.library)
+def _prompts(basis: Basis, kg: Kg) -> Prompts:
+    return Prompts(bundled("prompts"), kg, basis.library)
 
 
-def _turns(arm: str, task: Task, kg: Kg, rules: Rules) -> Turns:
+def _turns(arm: str, task: Task, kg: Kg, rules: Rules, home: SimulatedHome | None) -> Turns:
     replans = 0 if rules.model == LIBRARY else rules.replans
-    if arm == "llm":
-        return unaided(task, kg, parser(kg), replans)
-    return pursue(task, kg, parser(kg), rules.policy, replans)
+    if arm == "llm":  # what it names is what the world has of that name
+        here = home.truth if home else kg
+        return unaided(task, here, parser(here), replans)
+    world: Confirm | None = "none" if home else None
+    return pursue(task, kg, parser(kg), rules.policy, replans, world=world)
+
+
+def _in_world(trial: Trial, result: Result, home: SimulatedHome, basis: Basis) -> Trial:
+    """The trial with what the world says of it, whatever the arm believes."""
+    outcome, outside = result.outcome, result.outside
+    if trial.arm == "llm":  # each of its tries starts from the same state, and is taken back
+        met = outcome is not None and outcome.error is None and not outcome.unmet
+        failed, recovered = trial.model_calls - 1 + (not trial.executable), 0
+    else:
+        met = outside is not None and not check_goal(Scene(home.truth, result.report.task))[0]
+        failed, recovered = (outside.failed, outside.recovered) if outside else (0, 0)
+    told, seen = repaired(result, basis.planted, home.truth)
+    return replace(
+        trial,
+        world_goal_met=met,
+        steps_failed=failed,
+        recovered=recovered,
+        repaired_by_person=told,
+        repaired_by_seeing=seen,
+    )
 
 
 def _reported(arm: str, result: Result) -> tuple[Finding, ...]:

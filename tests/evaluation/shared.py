@@ -9,7 +9,7 @@ import pytest
 from adaptbot_cli.adapters.store.reading import triples
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.evaluation.recordings import Row
-from adaptbot_cli.evaluation.trials import World
+from adaptbot_cli.evaluation.trials import Basis
 from tests.worlds import ATTRIBUTES, FILES, PREFIXES, STATES
 
 PEG = """
@@ -23,10 +23,10 @@ def facts(text: str) -> list[Triple]:
     return triples(text.encode(), "facts")
 
 
-def world(truth: str = TRUTH) -> World:
+def world(truth: str = TRUTH) -> Basis:
     """The workshop, which does not know of the peg; the person does."""
     files = {name: (PREFIXES + text).encode() for name, text in FILES.items()}
-    return World(files, "workshop", None, facts(truth))
+    return Basis(files, "workshop", None, facts(truth))
 
 
 def row(*answers: str, required: tuple[str, ...] = ("board",), **more: Any) -> Row:

@@ -7,7 +7,7 @@ import pytest
 from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.evaluation.measures import Trial
-from adaptbot_cli.evaluation.trials import Rules, World, perform, task_of
+from adaptbot_cli.evaluation.trials import Basis, Rules, perform, task_of
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 from tests.evaluation.shared import row, world
@@ -44,7 +44,7 @@ def test_a_name_that_the_domain_does_not_list_is_no_finding(arm: str, name: str)
 
 
 def test_several_tasks_in_one_row_are_all_judged() -> None:
-    kitchen = World(Workspace(Path("nowhere")).files("kitchen"), "kitchen")
+    kitchen = Basis(Workspace(Path("nowhere")).files("kitchen"), "kitchen")
     library = Library((bundled("prompts") / "library" / "kitchen",), kitchen.domain)
     tea, salad = (
         library.propose(Propose(task_of(row(task=name, required=()), kitchen.fresh()))).text

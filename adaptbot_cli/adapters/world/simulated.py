@@ -1,7 +1,7 @@
 """A simulated home: a truth that the knowledge graph may not have right, in Turtle."""
 
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from rdflib import RDF, BNode, Literal, URIRef
@@ -76,6 +76,7 @@ class SimulatedHome:
     noise: float = 0.0
     seed: int = 0
     slips: list[tuple[Node, str, int, str]] = field(default_factory=list)
+    _same: dict[Node, Node] = field(default_factory=dict, init=False)
     _chance: random.Random = field(init=False)
 
     def __post_init__(self) -> None:
@@ -100,12 +101,12 @@ class SimulatedHome:
 
     def act(self, turn: Act) -> Seen:
         """Try a step on the truth."""
-        bound = turn.bound
+        bound = self._in_truth(turn.bound)
         why = self._why_not(bound)
         if not why:
             perform(bound, self.truth)
         about = frozenset(v for v in bound.values.values() if isinstance(v, URIRef))
-        seen = self._look(about, Delta() if why else turn.expected)
+        seen = self._look(about, Delta() if why else self._mapped(turn.expected, self._true))
         return Seen(why, seen.observed, seen.gone)
 
     def stop(self, turn: Stop) -> Seen:
@@ -115,6 +116,29 @@ class SimulatedHome:
 
     def close(self) -> None:
         """Nothing is to be ended."""
+
+    def _in_truth(self, bound: Bound) -> Bound:
+        """An action with the things that are meant: what was taught has an IRI of its own."""
+        return Bound(bound.action, {name: self._true(node) for name, node in bound.values.items()})
+
+    def _true(self, node: Node) -> Node:
+        """The thing of the truth that something of the graph is, by its name."""
+        if not isinstance(node, URIRef) or node in self._same or self.truth.classes(node):
+            return self._same.get(node, node)
+        found = self.truth.find(self.kg.name(node)) if self.kg.classes(node) else ()
+        self._same[node] = found[0] if found else node
+        return self._same[node]
+
+    def _known(self, node: Node) -> Node:
+        """The thing of the graph that something of the truth is."""
+        return next((known for known, true in self._same.items() if true == node), node)
+
+    def _mapped(self, delta: Delta, to: Callable[[Node], Node]) -> Delta:
+        removed, added = (
+            frozenset((to(s), p, to(o)) for s, p, o in facts)
+            for facts in (delta.removed, delta.added)
+        )
+        return Delta(removed, added)
 
     def _why_not(self, bound: Bound) -> str:
         """Why a step fails in truth, "" if it does not."""
@@ -130,10 +154,9 @@ class SimulatedHome:
                 return finding.message
         for node in bound.values.values():
             if isinstance(node, URIRef) and self._is_elsewhere(node):
-                place = next(
-                    (f"at {self.kg.name(p)}" for p in self._places(self.kg, node)), "there"
-                )
-                return f"{self.kg.name(node)} is not {place}"
+                kept = self._places(self.kg, self._known(node))
+                place = f"at {self.kg.name(kept[0])}" if kept else "there"
+                return f"{self.kg.name(self._known(node))} is not {place}"
         for condition in bound.action.conditions:
             if not holds(condition, bound, self.truth):
                 return sentence(condition.message, bound, self.truth)
@@ -143,7 +166,8 @@ class SimulatedHome:
 
     def _is_elsewhere(self, node: URIRef) -> bool:
         """Whether a thing that can be carried is not where it is believed to be."""
-        believed, true = self._places(self.kg, node), self._places(self.truth, node)
+        believed = [self._true(place) for place in self._places(self.kg, self._known(node))]
+        true = self._places(self.truth, node)
         return bool(believed or true) and believed != true
 
     def _places(self, kg: Kg, node: Node) -> list[Node]:
@@ -154,26 +178,30 @@ class SimulatedHome:
         is believed to be once what is `expected` has happened."""
         agent, locations = self.kg.domain.agent, self.kg.domain.locations
         true = frozenset(self.truth.graph(STATES))
-        believed = (frozenset(self.kg.graph(STATES)) - expected.removed) | expected.added
+        known = Delta(added=frozenset(self.kg.graph(STATES)))
+        believed = self._mapped(known, self._true).added - expected.removed | expected.added
         stands = {o for s, _, o in true if s == agent and isinstance(o, URIRef)}
-        places = stands | about | {p for thing in about for p in self._places(self.kg, thing)}
+        kept = (self._places(self.kg, self._known(thing)) for thing in about)
+        places = stands | about | {self._true(place) for each in kept for place in each}
         there = {s for s, p, o in true if p in locations and o in places}
         fixed = {place for place in places if not self._places(self.truth, place)}
         visible = there | fixed | {agent}
         # Where a thing is that is missed in its place is not known by that.
-        return Seen(
-            "",
-            frozenset(
-                (s, p, o)
-                for s, p, o in true - believed
-                if s in visible and (p not in locations or o in places)
-            ),
-            frozenset(
-                (s, p, o)
-                for s, p, o in believed - true
-                if s in visible or (p in locations and o in places)
-            ),
+        gone = (
+            f for f in believed - true if f[0] in visible or (f[1] in locations and f[2] in places)
         )
+        observed = (
+            (s, p, o)
+            for s, p, o in true - believed
+            if s in visible and (p not in locations or o in places) and self._is_known(s, o)
+        )
+        told = self._mapped(Delta(frozenset(gone), frozenset(observed)), self._known)
+        return Seen("", told.added, told.removed)
+
+    def _is_known(self, *nodes: Node) -> bool:
+        """Whether the graph has all of some things: what nobody has told of has no name for it."""
+        things = (self._known(node) for node in nodes if isinstance(node, URIRef))
+        return all(self.kg.classes(t) or t == self.kg.domain.agent for t in things)
 
 
 def _slips(facts: list[Triple]) -> Iterator[tuple[Node, str, int, str]]:

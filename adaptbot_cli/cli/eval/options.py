@@ -38,6 +38,13 @@ PlotOption = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Draw the figures: .svg, .pdf or .png, by its ending."),
 ]
+WorldOption = Annotated[
+    str | None,
+    typer.Option(metavar="WORLD", help="`truth`: carry plans out in the truth, and judge there."),
+]
+PlantedOption = Annotated[
+    float, typer.Option(min=0, max=1, metavar="P", help="Share of errors planted in the base.")
+]
 ALL_ARMS = "llm,llm+kg,llm+kg+human"
 
 
@@ -52,6 +59,15 @@ def arms(option: str) -> tuple[str, ...]:
         told = ", ".join(unknown) or option
         raise UsageError(f'--arms: "{told}" is no arm; there is {", ".join(ARMS)}')
     return tuple(arm for arm in ARMS if arm in wanted)
+
+
+def in_truth(option: str | None) -> bool:
+    """Return whether plans are carried out in the truth. Raises UsageError."""
+    from adaptbot_cli.errors import UsageError
+
+    if option not in (None, "truth", "rehearsal"):
+        raise UsageError(f'--world: there is truth, and rehearsal, not "{option}"')
+    return option == "truth"
 
 
 def cores(option: int | None) -> int:

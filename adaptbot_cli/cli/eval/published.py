@@ -28,6 +28,8 @@ def published(
     seed: options.SeedOption = 0,
     select: options.SelectOption = None,
     limit: options.LimitOption = None,
+    world: options.WorldOption = None,
+    planted: options.PlantedOption = 0.0,
     jobs: options.JobsOption = None,
     plot: options.PlotOption = None,
     json: JsonOption = False,
@@ -59,6 +61,8 @@ def published(
         jobs=options.cores(jobs),
         limit=limit,
         select=select,
+        world=options.in_truth(world),
+        planted=planted,
     )
     experiments = of_published(series, setting, workspace(workspace_dir))
     told = together(experiments)

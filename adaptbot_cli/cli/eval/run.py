@@ -48,6 +48,8 @@ def run(
     api_base: ApiBaseOption = None,
     select: options.SelectOption = None,
     limit: options.LimitOption = None,
+    world: options.WorldOption = None,
+    planted: options.PlantedOption = 0.0,
     jobs: options.JobsOption = None,
     results: Annotated[
         Path | None,
@@ -82,6 +84,8 @@ def run(
         jobs=options.cores(jobs),
         limit=limit,
         select=select,
+        world=options.in_truth(world),
+        planted=planted,
         model=model,
         api_base=address,
     )
