@@ -11,7 +11,10 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import (
     ABSENT,
+    AGAIN,
     EXISTS,
+    IS_NOT,
+    IS_SO,
     LATER,
     NO,
     UNKNOWN,
@@ -72,6 +75,8 @@ class SimulatedHuman:
                 return self._attribute(question)
             case "place":
                 return self._place(question)
+            case "failed":
+                return self._failed(question)
             case _:
                 return _agreed(question)
 
@@ -113,7 +118,19 @@ class SimulatedHuman:
         offered = {normal(choice.value): choice.value for choice in question.choices}
         return offered.get(name, UNKNOWN)
 
-    def _entity(self, question: Question) -> URIRef | None:
+    def _failed(self, question: Question) -> str:
+        """What is true of what a failed step was done with; else that it be tried again, once."""
+        for choice in question.choices:
+            kind, _, rest = choice.value.partition(" ")
+            prop, _, name = rest.partition(" ")
+            if f"{kind} " in (IS_SO, IS_NOT):
+                asked = Question("attribute", name, "", prop)
+                if self._attribute(asked) == (YES if f"{kind} " == IS_SO else NO):
+                    return choice.value
+        if question.about in self.about:
+            return LATER.value
+        return AGAIN
+, question: Question) -> URIRef | None:
         return next(iter(self.truth.find(question.about)), None)
 
     def _property(self, question: Question) -> Property | None:

@@ -15,6 +15,7 @@ from adaptbot_cli.core.questions import (
     AT,
     BY_HAND,
     IS_NOT,
+    IS_SO,
     LATER,
     NO,
     SKIP,
@@ -54,9 +55,9 @@ def ask_what_now(run: Run, acting: Acting, report: Report) -> Generator[Turn, An
         answer = yield from _answered(run, question)
         if answer is None:
             return report
-    elif answer.value.startswith(IS_NOT):
-        wanted = answer.value.removeprefix(IS_NOT)
-        question, value = next((q, v) for q, v in _attributes(run, last) if _short(q) == wanted)
+    elif answer.value.startswith((IS_SO, IS_NOT)):
+        denied = _attributes(run, last)
+        question, value = next((q, v) for q, v in denied if _denial(q, v) == answer.value)
         answer = replace(answer, value=value)
     elif answer.value == BY_HAND:
         yield from by_hand(run, acting)
@@ -110,8 +111,9 @@ def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
             yield attribute_question(run.kg, name, prop, ""), value
 
 
-def _short(question: Question) -> str:
-    return f"{question.prop} {question.about}"
+def _denial(question: Question, value: str) -> str:
+    """The choice that tells what a thing is like, against what the step needs."""
+    return f"{IS_SO if value == YES else IS_NOT}{question.prop} {question.about}"
 
 
 def _what_now(run: Run, acting: Acting, why: str) -> Question:
@@ -127,7 +129,7 @@ def _what_now(run: Run, acting: Acting, why: str) -> Question:
     for question, value in _attributes(run, last):
         told = f"{'not ' if value == NO else ''}{question.label}"
         about = question.about.replace("_", " ")
-        choices.append(Choice(f"{IS_NOT}{_short(question)}", f"{about}: {told}"))
+        choices.append(Choice(_denial(question, value), f"{about}: {told}"))
     choices.append(Choice(LATER.value, "I cannot say: stop here"))
     about = normal(
         next((run.kg.name(v) for v in last.bound.values.values()), last.step.call.action)

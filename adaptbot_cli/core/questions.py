@@ -144,9 +144,10 @@ FIXED = "fixed"
 AS_BEFORE = "as you said before"
 """Why an answer is likely that the person has gone back from."""
 
-AGAIN, BY_HAND, SKIP, AT, IS_NOT = "again", "done", "skip", "at ", "not "
+AGAIN, BY_HAND, SKIP, AT, IS_SO, IS_NOT = "again", "done", "skip", "at ", "is ", "not "
 """The answers to a step that failed: try it again, it is done now, leave it out; `at NAME` if a
-thing is somewhere else, `not PROPERTY of NAME` if a thing is not as the step needs it."""
+thing is somewhere else, `is PROPERTY NAME` or `not PROPERTY NAME` if it is not as the step needs
+it."""
 
 EDIT = "edit"
 """The answer that the plan is to be changed instead."""

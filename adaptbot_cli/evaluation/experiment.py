@@ -198,7 +198,7 @@ def _planted(basis: Basis, setting: Setting) -> Basis:
     facts = list(basis.fresh().facts)
     wrong = plant(facts, basis.fresh(), setting.planted, setting.seed)
     truth = basis.truth if basis.truth is not None else facts
-    return replace(basis, base=wrong, truth=truth, planted=frozenset(wrong) - frozenset(facts))
+    return replace(basis, base=wrong, truth=truth, planted=frozenset(facts) - frozenset(wrong))
 
 
 def of_published(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from rdflib import XSD, Literal
 from rdflib.term import Node
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.terms import Triple
@@ -40,9 +41,10 @@ def plant(facts: Sequence[Triple], kg: Kg, share: float, seed: int) -> list[Trip
     return planted
 
 
-def repaired(result: Result, wrong: frozenset[Triple], true: Kg) -> tuple[int, int]:
-    """Return how many of the `wrong` facts were put right: by the person, and by what was seen."""
-    about = {fact[:2] for fact in wrong}
-    told = {f[:2] for lesson in result.lessons for f in lesson.delta.added if f in true.facts}
-    seen = result.outside.surprise.removed if result.outside else frozenset()
-    return len(about & told), len(wrong & seen)
+def repaired(result: Result, lost: frozenset[Triple]) -> tuple[int, int]:
+    """Return how many of the facts that errors took away were put right: by the person who told
+    them, and by what was seen of them."""
+    told = {fact for lesson in result.lessons for fact in lesson.delta.added}
+    surprise = result.outside.surprise if result.outside else Delta()
+    seen = {fact[:2] for fact in surprise.removed | surprise.added}
+    return len(lost & told), sum(fact[:2] in seen for fact in lost - told)

@@ -66,7 +66,7 @@ class Basis:
     """What trials start from: a domain pack's files, the facts of the base graph, the truth.
 
     `base` and `truth` replace the facts of the pack, where they are given; `library` names the
-    folders of its plans; `planted` are the facts of the base that were made wrong on purpose.
+    folders of its plans; `planted` are the facts that are wrong or missing in the base on purpose.
     """
 
     files: Mapping[str, bytes]
@@ -252,7 +252,7 @@ def _in_world(trial: Trial, result: Result, home: SimulatedHome, basis: Basis) -
     else:
         met = outside is not None and not check_goal(Scene(home.truth, result.report.task))[0]
         failed, recovered = (outside.failed, outside.recovered) if outside else (0, 0)
-    told, seen = repaired(result, basis.planted, home.truth)
+    told, seen = repaired(result, basis.planted)
     return replace(
         trial,
         world_goal_met=met,
