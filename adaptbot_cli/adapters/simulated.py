@@ -130,7 +130,8 @@ class SimulatedHuman:
         if question.about in self.about:
             return LATER.value
         return AGAIN
-, question: Question) -> URIRef | None:
+
+    def _entity(self, question: Question) -> URIRef | None:
         return next(iter(self.truth.find(question.about)), None)
 
     def _property(self, question: Question) -> Property | None:
