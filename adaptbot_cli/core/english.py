@@ -151,7 +151,16 @@ NUMBERS = {
         ],
         start=1,
     )
-} | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2}
+} | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2, "thrice": 3}
+
+
+def count_of(said: str) -> int:
+    """Return how often "2", "twice" or "3 times" says that a thing is done, 0 if it says none."""
+    word, _, times = said.lower().strip(" \"'").partition(" ")
+    if times.strip() not in ("", "x", "times"):
+        return 0
+    word = word.removesuffix("x")
+    return int(word) if word.isascii() and word.isdigit() and len(word) < 6 else NUMBERS.get(word, 0)
 
 UNITS = _words("""
     teaspoon teaspoons tablespoon tablespoons tsp tbsp gram grams g kg kilo kilos litre litres

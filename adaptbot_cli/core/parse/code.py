@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from adaptbot_cli.core.english import NUMBERS, count_of
 from adaptbot_cli.core.parse.calls import LEFT_OUT, Item, conditional, fault, read_args, shown
 from adaptbot_cli.core.plan import keyworded
 
@@ -47,6 +48,17 @@ _WORD = re.compile(
     r"(?=[\s:,({]|\Z)",
     re.IGNORECASE,
 )
+_TIMES = re.compile(
+    r"(?:(?:repeat|loop|do|perform|for)\b[^\n:({\d]{0,40}?[\s(])?"
+    rf"((?:\d{{1,3}}|{'|'.join(NUMBERS)})\s*(?:times|x)|twice|thrice)\)?\s*(?:[:{{][\s*_]*|\Z)",
+    re.IGNORECASE,
+)
+"""A head that says how often the steps below are done: "Repeat twice:", "do this 3 times {"."""
+_KEYED = re.compile(
+    r"(?:repeat|loop|times|iterations|repetitions|for_?each|while|until|if|unless):"
+    r"[ ]+(\S[^\n]*)"
+)
+"""A key of a structure that says how often, or when, the steps beside it are done."""
 _LOOP = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE)
 _THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
@@ -58,7 +70,11 @@ _BRANCHES = ("if", "elif", "else", "unless", "otherwise")
 
 @dataclass(slots=True)
 class Block:
-    """Lines that stand under a head, told by indentation: a frame, function, loop or condition."""
+    """Lines that stand under a head, told by indentation: a frame, function, loop or condition.
+
+    `often` tells that the head only says how often or when, so that it needs steps of its own;
+    `listed` that a list may stand below the head in the same column.
+    """
 
     indent: int
     kind: str = "frame"
@@ -67,6 +83,8 @@ class Block:
     name: str = ""
     params: tuple[str, ...] = ()
     over: str = ""
+    often: bool = False
+    listed: bool = False
     body: list["Item | Block"] = field(default_factory=list)
 
     def items(self) -> Iterator[Item]:
@@ -103,6 +121,16 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
             block.name = function[1]
             block.params = tuple(re.findall(r"(?:\A|,)\s*\*{0,2}(\w+)", function[2]))
         return Header(block, frame.end(), end, opens=True)
+    times = _TIMES.match(text, start, end)
+    keyed = _KEYED.match(text, start, end)
+    if times or keyed:
+        often = count_of(times[1] if times else keyed[1] if keyed else "")
+        opens = keyed is not None or not text[times.end() : end].strip(" {*_`\t")
+        # What stands beside a key is in its column, what stands below a sentence is deeper.
+        indent = start - text.rfind("\n", 0, start) - 2 if keyed else indent
+        block = Block(indent, "loop" if often else "condition", head, start, over=f"range({often})")
+        block.often = True
+        return Header(block, times.end() if times else end, end, opens)
     word = _WORD.match(text, start, end)
     if word is None or _is_call(text, word.end(), end):
         return None
@@ -262,7 +290,7 @@ class Steps:
     def _add(self, item: Item) -> None:
         """Add an item; whatever is no call is told but once for its place."""
         key = (item.start, item.code)
-        if item.call is not None or key not in self._seen:
+        if item.call is not None or item.code == PROSE or key not in self._seen:
             self.out.append(item)
         self._seen.add(key)
 
@@ -294,6 +322,9 @@ class Steps:
         return False
 
     def _block(self, block: Block, names: dict[str, Value], condition: str) -> bool:
+        if block.often and not any(item.call or item.code == PROSE for item in block.items()):
+            message = f"{shown(block.head)} says how often or when, but not what is to be done."
+            self._add(Item(block.start, block.head, code="P103", message=message))
         if block.kind == "function":
             return False
         if block.kind == "frame":
@@ -322,7 +353,7 @@ class Steps:
         self._unused = {
             k: v for k, v in self._unused.items() if not re.search(rf"\b{k}\b", block.over)
         }
-        steps = sum(item.call is not None for item in block.items())
+        steps = sum(item.call is not None or item.code == PROSE for item in block.items())
         if not isinstance(values, tuple) or len(values) * max(steps, 1) > _MOST_STEPS:
             return None
         return values

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.domain import Action
+from adaptbot_cli.core.english import NUMBERS, count_of
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.plan import Call, keyworded
@@ -21,7 +22,7 @@ person: me us you him her them user human person robot yourself itself
 joining: , ; & and then next finally first firstly second secondly third now also lastly afterwards
   afterward again subsequently please
 adverb: now again there here back away together well once more please too also up down over directly
-  twice then just first aside off
+  then just first aside off
 tail: until till while so because as since when once before after which who where without except
   ensuring making
 if: if unless whenever whether
@@ -45,13 +46,23 @@ _PHRASAL = {
     for words, word in (entry.split("=") for entry in _TABLE["phrase"])
 }
 _PARTICLES = _ADVERBS | _PREPOSITIONS
+_ENDS = frozenset({",", ";", "&", "and", "then", "finally", "lastly", "afterwards", "×"})
+_OBJECTS = (_DETERMINERS - {"of"}) | {"it", "them"}
+"""What an order is about begins so: "the egg", "them"."""
+_MOST = 50
+_TIMES = "×"
+"""How often a step is done: "twice", "3 times"."""
 _TOWARDS = frozenset({"to", "into", "onto"})
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
-    r"|->|=>|>>|→|⇒|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
+    rf"|((?:\d+|{'|'.join(NUMBERS)})[ ]times|twice|thrice)\b"
+    r"|(->|=>|>>|→|⇒)|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])",
+    re.IGNORECASE,
 )
-_ARROWS = frozenset({"->", "=>", ">>", "→", "⇒"})
-_ASIDE = re.compile(r"\s[–—-]\s|[*_]*:[*_]*\s+")
+ARROW = re.compile(r"->|=>|>>|→|⇒")
+ASIDE = re.compile(r"\s[(\[]([^()\[\]]*)[)\]]")
+"""A remark in brackets."""
+_ASIDE = re.compile(r"\s[–—-]\s|[*_]*(:)[*_]*\s+")
 _INVERTED = (
     (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
     (
@@ -190,14 +201,16 @@ class Vocabulary:
         return fits and bool(behind or not self.is_thing(tokens[at].word))
 
     def shaped(self, phrase: str) -> bool:
-        """Tell whether a phrase looks like an order with a verb that the domain does not know."""
+        """Tell whether a phrase looks like an order with a verb that the domain does not know.
+
+        An arrow between words looks like one too, whatever it says.
+        """
         for part in _parts(phrase):
             tokens = _tokens(_stripped(part))
             at = _skip(tokens, 0)
-            after = tokens[at + 1].word if at + 1 < len(tokens) else ""
-            if after in ("it", "them") or self.starts_clause(tokens, at):
+            if self.starts_clause(tokens, at):
                 return True
-        return False
+        return bool(ARROW.search(_stripped(phrase)))
 
     def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
         """Read a phrase as steps; [] if it cannot be read as such.
@@ -206,7 +219,10 @@ class Vocabulary:
         of the step before, which a pronoun stands for.
         """
         parts = _parts(phrase)
-        steps = [part for part in parts if self._begins(part)] or parts[-1:]
+        # What a colon stands behind is a heading, unless it begins as a step does.
+        steps = [part for part in parts if self._begins(part)
+                 or (len(parts) > 1 and part[-1:] != ":" and self.shaped(part))]  # fmt: skip
+        steps = steps or parts[-1:]
         found = self._read(steps[0], unknown, objects)
         for part in steps[1:]:  # "Slice the onion: take the knife": the first is a heading then
             heading, of = found, self._read(part, unknown, found[-1].objects if found else objects)
@@ -225,7 +241,11 @@ class Vocabulary:
         return {verb.action.family or verb.action.name for verb in verbs if verb.name in names}
 
     def _read(self, phrase: str, unknown: bool, objects: Sequence[str]) -> list[Clause]:
-        tokens = _tokens(_stripped(phrase))
+        phrase = _stripped(phrase)
+        steps = ARROW.split(phrase)
+        if len(steps) > 1 and not all(self._begins(s) or self.shaped(s) for s in steps):
+            return []  # "egg -> pan" says no step
+        tokens = _tokens(phrase)
         found: list[Clause] = []
         at = _skip(tokens, 0)
         while at < len(tokens):
@@ -267,9 +287,7 @@ class Vocabulary:
             return not (ends and self.is_thing(tokens[at].word))
         word = tokens[at].word
         plain = word not in _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL and word.isalpha()
-        return bool(
-            plain and after and after.word in _DETERMINERS - {"of"} and not self.is_thing(word)
-        )
+        return bool(plain and after and after.word in _OBJECTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,16 +300,17 @@ class _Token:
 def _tokens(phrase: str) -> list[_Token]:
     found = []
     for match in _TOKEN.finditer(phrase):
-        if match[0] in _ARROWS:
-            found.append(_Token(";", ";"))
-            continue
         quoted = (match[1] or match[2] or "").strip()
         if quoted and re.fullmatch(r"[\w\s'’-]+", quoted):
             found.append(_Token(quoted.lower(), quoted, True))
         elif quoted:
             found += _tokens(quoted)
-        elif match[3]:  # a quotation of nothing but white space is no word
-            found.append(_Token(match[3].lower().replace("’", "'"), match[3]))
+        elif match[3]:
+            found.append(_Token(_TIMES, match[3]))
+        elif match[4]:
+            found.append(_Token(";", ";"))
+        elif match[5]:  # a quotation of nothing but white space is no word
+            found.append(_Token(match[5].lower().replace("’", "'"), match[5]))
     return found
 
 
@@ -304,7 +323,7 @@ def label_end(phrase: str) -> int:
 def _stripped(phrase: str) -> str:
     """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
     phrase = phrase[label_end(phrase) :]
-    phrase = re.sub(r"\*\*|__|</\w+>|\s\([^()]*\)", "", phrase).rstrip(" .!*_`|")
+    phrase = ASIDE.sub("", re.sub(r"\*\*|__|</\w+>", "", phrase)).rstrip(" .!*_`|")
     while True:
         lead = re.match(
             r"(?:(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+)",
@@ -323,9 +342,8 @@ def _stripped(phrase: str) -> str:
 
 def _parts(phrase: str) -> list[str]:
     """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
-    phrase = phrase[label_end(phrase) :]
-    aside = _ASIDE.search(phrase)
-    return [phrase[: aside.start()], phrase[aside.end() :]] if aside else [phrase]
+    parts = _ASIDE.sub(r"\1\n", phrase[label_end(phrase) :]).split("\n")
+    return [part for part in parts if _skip(_tokens(part), 0) < len(_tokens(part))] or parts
 
 
 def _skip(tokens: Sequence[_Token], at: int) -> int:
@@ -364,6 +382,7 @@ class _ClauseReader:
         self._before = before
         self._left_out: list[str] = []
         self._condition = ""
+        self._often = 1
 
     def read(self, unknown: bool) -> Clause | None:
         first = self._tokens[self.at]
@@ -372,6 +391,8 @@ class _ClauseReader:
             return None
         if not verbs and first.word in _DETERMINERS | _PREPOSITIONS | _PERSONS | _IF | _TAIL:
             return None
+        if not verbs and self._words.is_thing(first.word) and not self._ordered(self.at + 1):
+            return None  # "egg in the pan"
         self.at += 1
         verb = self._particles(verbs) if verbs else None
         command = re.search(r"\w[_-]\w", first.word) is not None
@@ -385,12 +406,16 @@ class _ClauseReader:
         if not (verb and any(p.datatype for p in verb.action.visible[:1])):
             self.objects = objects or [np for _, nps in phrases for np in nps][:1]
         return Clause(
-            tuple(self._calls(name, verb, objects, phrases)),
+            tuple(self._calls(name, verb, objects, phrases)) * min(self._often, _MOST),
             verb is not None,
             ", ".join(self._left_out),
             self._condition,
             self.objects,
         )
+
+    def _ordered(self, at: int) -> bool:
+        """Tell whether what stands at a token is what an order is about: "the egg", "it"."""
+        return at < len(self._tokens) and self._tokens[at].word in _OBJECTS
 
     def _particles(self, verbs: Sequence[Verb]) -> Verb | None:
         """Return the verb whose further words follow right here, if not that one alone."""
@@ -467,7 +492,11 @@ class _ClauseReader:
             ):
                 self._tail(word)
                 break
-            if word in (",", ";", "&", "and", "then"):
+            if word == _TIMES:
+                self._often = count_of(token.written)
+                self.at += 1
+                continue
+            if word in _ENDS:
                 after = _skip(self._tokens, self.at)
                 joined = {t.word for t in self._tokens[self.at : after]}
                 if {
@@ -548,7 +577,7 @@ class _ClauseReader:
                 break
             if word == "of" and parts:
                 parts.append(token)
-            elif word in _IF | _TAIL | {",", ";", "&", "and", "then"} or (
+            elif word in _IF | _TAIL | _ENDS or (
                 self._preposition()[0] and word != "of"
             ):
                 break

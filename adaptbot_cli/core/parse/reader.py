@@ -79,7 +79,8 @@ class Prose(Item):
     """A line without a call, which may be a step in words.
 
     `marked` tells that it is an item of a list, `heads` that it announces what comes below;
-    `group` numbers the lists, `run` the lines that no blank line parts.
+    `group` numbers the lists, `run` the lines that no blank line parts; `block` is where the head
+    stands that it is under.
     """
 
     marked: bool = False
@@ -88,6 +89,7 @@ class Prose(Item):
     indent: int = 0
     group: int = 0
     run: int = 0
+    block: int = 0
 
 
 @dataclass(slots=True)
@@ -237,8 +239,11 @@ class _Reader:
 
     def _take_all(self, items: Iterable[Item], after: int) -> int:
         self._effort.spend(2 + (after - self.at) // _JSON_UNIT)
+        lone = self._enter(self._line.indent)
         for item in items:
             self._add(item)
+        if lone is not None:
+            self._open.remove(lone)
         return after
 
     def _read_string(self, string: str) -> list[Item]:
@@ -253,6 +258,7 @@ class _Reader:
         if header is not None and lone is None:
             self._open[-1].body.append(header.block)
             if header.opens:
+                header.block.listed = not (self._fenced or self._line.marked)
                 rest = self._text[header.body : end].strip(" {*_`\t")
                 self._open.append(header.block)
                 self._fresh, self._blank = not rest, False
@@ -282,11 +288,13 @@ class _Reader:
     def _enter(self, indent: int) -> Block | None:
         """Leave the blocks that end before a line; returns one that the line alone belongs to."""
         last = self._open[-1]
-        if self._fresh and not self._blank and indent <= last.indent and last.kind != "frame":
+        listed = self._line.marked and any(b.listed and b.indent == indent for b in self._open)
+        floor = indent + 1 if listed else indent
+        if self._fresh and not self._blank and floor <= last.indent and last.kind != "frame" and not last.often:
             # Models forget to indent. Running the body anyway would be the worse mistake.
             self._fresh = False
             return last
-        while indent <= self._open[-1].indent:
+        while floor <= self._open[-1].indent:
             self._open.pop()
         self._fresh = False
         return None
@@ -313,7 +321,7 @@ class _Reader:
             self._add(Prose(content, line[:_LONGEST],
                     code=PROSE, marked=here.marked, heads=heads,
                             fenced=self._fenced, indent=here.indent, group=here.group,
-                            run=self._run))  # fmt: skip
+                            run=self._run, block=self._open[-1].start))  # fmt: skip
         return after
 
     def _scan(self, pos: int, end: int, condition: str) -> int:

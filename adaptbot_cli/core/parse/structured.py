@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
 
+from adaptbot_cli.core.english import count_of
 from adaptbot_cli.core.parse.calls import (
     LEFT_OUT,
     Item,
@@ -48,15 +49,16 @@ _ARGS = (
 )  # fmt: skip
 _PLANS = {
     "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
-    "commands", "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
+    "commands", "do", "body", "then", "substeps", "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
-_CONDITIONS = ("if", "condition", "unless", "while")
+_CONDITIONS = ("if", "condition", "unless", "while", "until", "for_each", "foreach")
+_TIMES = ("times", "repeat", "repetitions", "iterations", "loop")
 _DESCRIBED = ("step", "instruction", "description", "task", "text", "name")
 _REMARKS = {
     "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment", "#", "no",
     "comments", "description", "note", "notes", "explanation", "order", "purpose", "status",
-    *_CONDITIONS,
+    *_CONDITIONS, *_TIMES,
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true", "-", "–", "—", "n/a"}
 _NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
@@ -167,7 +169,7 @@ class Structures:
     """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
 
     def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Words) -> None:
-        self._scripted = False
+        self._scripted = self._listed = False
         self._text = text
         self._read = read
         self._words = words
@@ -190,6 +192,22 @@ class Structures:
         return items, end
 
     def _steps(self, node: Node, planned: bool) -> Iterator[Item]:
+        """Yield the steps in a value, as often as it says and unless under a condition."""
+        often = 1
+        if self._is_step(node) or any(key in _PLANS for key, _ in node.entries()):
+            for key, value in node.entries():
+                plain = value.kind in ("string", "word")
+                ruled = key in _CONDITIONS or (plain and key in _TIMES)
+                if not ruled or (plain and value.text.lower() in _EMPTY):
+                    continue
+                often = count_of(value.text) if key in _TIMES else 0
+                if not often:
+                    told = value.text or self._quoted(value)[1:-1]
+                    yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {told}")
+                    return
+        yield from list(self._once(node, planned)) * min(often, _LOOKED_AT)
+
+    def _once(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a value. In a list of steps, whatever is none is told of."""
         if self._is_tuple(node):
             yield from self._called(
@@ -282,7 +300,7 @@ class Structures:
         named = node.get(*_NAMED) is not None or node.get(*_ARGS) is not None
         return name.kind in ("string", "word") and (named or "(" in name.text)
 
-    def _is_called(self, node: Node) -> bool:
+    def _is_called(self, node: Node, listed: bool = False) -> bool:
         """Tell whether a map is an action's name with its arguments: `{"wait": {"t": 5}}`."""
         if node.kind != "map" or node.end < 0 or len(node.keys) != 1 or not node.items:
             return False
@@ -290,7 +308,7 @@ class Structures:
         plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
         if key.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(key) or not plain:
             return False
-        return value.kind in ("list", "map") or (value.kind == "string" and self._is_action(key))
+        return value.kind in ("list", "map") or listed or self._is_action(key)
 
     def _called(self, action: str, value: Node, node: Node) -> Iterator[Item]:
         args = flattened(value)
@@ -306,10 +324,6 @@ class Structures:
             return
         if name.kind == "map":
             yield from self._step(name)
-            return
-        condition = next((c for key, c in node.entries() if key in _CONDITIONS), None)
-        if condition is not None and condition.text.lower() not in _EMPTY:
-            yield conditional(node.start, self._quoted(node)[1:-1], condition.text)
             return
         values = node.get(*_ARGS)
         if "(" in name.text:
@@ -400,16 +414,21 @@ class Structures:
             after = self._more_fields(whole, column, end)
             if after == own and not self._is_action(whole.items[0].text):
                 return None
-        elif (listed or fenced) and key not in _NO_ACTIONS and self._is_action(match[2].strip()):
+        elif (listed or fenced) and key not in _NO_ACTIONS and (
+            self._is_action(match[2].strip()) or (listed and self._listed)
+        ):  # fmt: skip
             whole.keys = [match[2].strip()]
             inner, after = self._field_value(match.start(3), end, match.start(2) - start)
             whole.items = [inner]
-            if inner.kind == "string" and len(inner.text.split()) > 2:
+            whole.end = after
+            if inner.text.count(" ") > 1 or not self._is_called(whole, listed=True):
                 return None
+            return [*self._called(whole.keys[0], inner, whole)], after
         else:
             return None
         whole.end = after
-        items = list(self._map_steps(whole, planned=True))
+        items = list(self._steps(whole, planned=True))
+        self._listed = True
         return (items, after) if items else None
 
     def _more_fields(self, node: Node, column: int, end: int) -> int:

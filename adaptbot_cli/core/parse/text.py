@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
 from adaptbot_cli.core.parse.code import GAP, PROSE
-from adaptbot_cli.core.parse.phrases import CLOSED, OPEN, Vocabulary, is_negated, label_end
+from adaptbot_cli.core.parse.phrases import ARROW, ASIDE, CLOSED, OPEN, Vocabulary, is_negated, label_end
 from adaptbot_cli.core.parse.reader import Prose, ReadText, read_text
 from adaptbot_cli.core.parse.repeats import without_repeats
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
@@ -44,7 +44,7 @@ _ENDS = {
 }
 _LETTER = re.compile(r"[^\n]")
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
-_SENTENCE = re.compile(r"(?<=[.!;])\s+(?=[A-Z\"“`])")
+_SENTENCE = re.compile(r"(?<=[.!])\s+(?=[A-Z\"“`])|(?<=;)\s+")
 _NO_STEPS = re.compile(
     r"\W*(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
     r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
@@ -68,7 +68,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     places = _Places(text)
     calls: list[Written] = []
     findings: list[Finding] = []
-    left_out: list[tuple[int, int, Item]] = []
+    left_out: dict[int, tuple[int, int, Item]] = {}
     gaps: dict[int, int] = {}
     for item in _in_time(read.items):
         line, column = places.of(item.start)
@@ -76,7 +76,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
             if calls:
                 gaps[len(calls)] = max(item.time, gaps.get(len(calls), 1))
         elif item.code == LEFT_OUT and not item.message:
-            left_out.append((line, column, item))
+            left_out[item.start] = (line, column, item)
         elif item.call is None:
             blocks = item.code == LEFT_OUT and item.time > 0
             findings.append(
@@ -87,7 +87,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     if not calls:
         findings.insert(0, Finding("P101", _no_plan(whole, read, findings), line=1, column=1))
     if left_out:
-        findings.append(_left_out(left_out, "is no call and is left out"))
+        findings.append(_left_out([*left_out.values()], "is no call and is left out"))
     if discarded:
         findings += _discarded(discarded, why, words)
     kept, repeated = without_repeats(calls, gaps)
@@ -201,7 +201,7 @@ class _Settling:
                 self.objects = clause.objects or self.objects
                 for call in clause.calls:
                     yield Item(where, sentence, call)
-                aside = re.search(r"\s\(([^()]*)\)", sentence)
+                aside = ASIDE.search(sentence)
                 left_out = ", ".join(filter(None, [clause.left_out, aside[1] if aside else ""]))
                 if left_out:
                     message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
@@ -285,6 +285,7 @@ class _Phrased(_Settling):
             n += 1
             below = self._items[n + 1] if n + 1 < len(self._items) else None
         deeper = isinstance(below, Prose) and below.marked and below.indent > item.indent
+        deeper = deeper and below.block == item.block  # type: ignore[union-attr]
         return bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
@@ -343,7 +344,7 @@ class _Mixed(_Settling):
         before, behind = self._nearest(n, item, -1), self._nearest(n, item, 1)
         sibling = item.marked and (item.group, item.indent) in self._lists
         begins = any(
-            self.words.begins(s) or (sibling and self.words.shaped(s))
+            self.words.begins(s) or ((sibling or ARROW.search(s)) and self.words.shaped(s))
             for _, s in _sentences(item.source)
         )
         headed = item.heads or self._has_body(n, item)
