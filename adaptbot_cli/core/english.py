@@ -37,6 +37,9 @@ COURTESY = (
 QUESTIONS = _words("is are does has")
 """Words that make a question of a request where they begin it."""
 
+PRONOUNS = _words("it them this that these those one")
+"""Words that stand for what a step before was about."""
+
 IT = _words("it them")
 """Pronouns for what has just been named."""
 
@@ -160,7 +163,9 @@ def count_of(said: str) -> int:
     if times.strip() not in ("", "x", "times"):
         return 0
     word = word.removesuffix("x")
-    return int(word) if word.isascii() and word.isdigit() and len(word) < 6 else NUMBERS.get(word, 0)
+    digits = word.isascii() and word.isdigit() and len(word) < 6
+    return int(word) if digits else NUMBERS.get(word, 0)
+
 
 UNITS = _words("""
     teaspoon teaspoons tablespoon tablespoons tsp tbsp gram grams g kg kilo kilos litre litres

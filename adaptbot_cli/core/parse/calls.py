@@ -262,7 +262,7 @@ _BEFORE = re.compile(
     re.IGNORECASE,
 )
 _BEHIND = re.compile(
-    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
+    rf"[ \t`*_\"']*(?:\Z|\(?\d{{1,3}}[.)]\s|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
     r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")

@@ -10,14 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.english import NUMBERS, count_of
+from adaptbot_cli.core.english import NUMBERS, PRONOUNS, count_of
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.plan import Call, keyworded
 
 _ENGLISH = """
 determiner: the a an some your my our his her its their this that these those any of
-pronoun: it them this that these those one
 person: me us you him her them user human person robot yourself itself
 joining: , ; & and then next finally first firstly second secondly third now also lastly afterwards
   afterward again subsequently please
@@ -37,8 +36,8 @@ _TABLE = {
     name: words.split()
     for name, words in re.findall(r"^(\w+):((?:.|\n )*)", _ENGLISH, re.MULTILINE)
 }
-_DETERMINERS, _PRONOUNS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
-    frozenset(_TABLE[name]) for name in list(_TABLE)[:8]
+_DETERMINERS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
+    frozenset(_TABLE[name]) for name in list(_TABLE)[:7]
 )
 _NUMBERS = dict(word.split("=") for word in _TABLE["number"])
 _PHRASAL = {
@@ -145,15 +144,7 @@ class Vocabulary:
         verbs: dict[str, list[Verb]] = {}
         names: set[str] = set()
         for action in kg.domain.actions.values():
-            called = (name for part in action.called_as for name in part.names)
-            own = (
-                action.name,
-                action.verb,
-                action.family,
-                *action.aliases,
-                *called,
-                *kg.aliases(action.iri),
-            )
+            own = (*action.names, action.verb, action.family, *kg.aliases(action.iri))
             for name in dict.fromkeys(normal(name) for name in own if name):
                 first, *rest = name.split("_")
                 names.add(name)
@@ -592,7 +583,7 @@ class _ClauseReader:
         kept = [p for p in parts if p.quoted or not (p.word in _ADVERBS or _is_manner(p.word))]
         if not kept:
             return []
-        if len(kept) == 1 and not kept[0].quoted and kept[0].word in _PRONOUNS:
+        if len(kept) == 1 and not kept[0].quoted and kept[0].word in PRONOUNS:
             return list(self.objects or self._before or [kept[0].word])
         kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
         return [" ".join(p.written for p in kept)]

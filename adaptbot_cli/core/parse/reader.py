@@ -290,7 +290,8 @@ class _Reader:
         last = self._open[-1]
         listed = self._line.marked and any(b.listed and b.indent == indent for b in self._open)
         floor = indent + 1 if listed else indent
-        if self._fresh and not self._blank and floor <= last.indent and last.kind != "frame" and not last.often:
+        ruling = last.kind != "frame" and not last.often
+        if self._fresh and not self._blank and floor <= last.indent and ruling:
             # Models forget to indent. Running the body anyway would be the worse mistake.
             self._fresh = False
             return last

@@ -49,7 +49,8 @@ _ARGS = (
 )  # fmt: skip
 _PLANS = {
     "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
-    "commands", "do", "body", "then", "substeps", "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
+    "commands", "do", "body", "then", "substeps", "tool_calls", "toolcalls", "function_calls",
+    "task_plan", "plan_steps",
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
 _CONDITIONS = ("if", "condition", "unless", "while", "until", "for_each", "foreach")

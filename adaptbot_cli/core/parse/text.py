@@ -3,10 +3,20 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
+from adaptbot_cli.core.english import PRONOUNS
 from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
 from adaptbot_cli.core.parse.code import GAP, PROSE
-from adaptbot_cli.core.parse.phrases import ARROW, ASIDE, CLOSED, OPEN, Vocabulary, is_negated, label_end
+from adaptbot_cli.core.parse.phrases import (
+    ARROW,
+    ASIDE,
+    CLOSED,
+    OPEN,
+    Vocabulary,
+    is_negated,
+    label_end,
+)
 from adaptbot_cli.core.parse.reader import Prose, ReadText, read_text
 from adaptbot_cli.core.parse.repeats import without_repeats
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
@@ -16,6 +26,7 @@ _MOST_LINES = 5
 _UNSEEN = {0x200B: None, 0x2060: None, 0xFEFF: None}
 """Zero-width space, word joiner, byte order mark: they stand in copied text and say nothing."""
 # Only behind a name in ASCII: 拿起苹果（从冰箱） is a sentence with a remark.
+_QUOTED_NAME = re.compile(r"(?<![\w(])'([A-Za-z]\w*(?:[ ]\w+)+)'\(")  # as in Prolog
 _WIDE_CALL = re.compile(r"(?<=[A-Za-z0-9_])[(（][^()（）\n]*[)）]")
 _WIDE = str.maketrans("（），：＝＂＇「」『』", '(),:="\'""""')
 
@@ -97,6 +108,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
 def _plain(text: str) -> str:
     """Return a text with line feeds only, nothing unseen, and calls in ASCII's punctuation."""
     text = text.replace("\r\n", "\n").replace("\r", "\n").translate(_UNSEEN)
+    text = _QUOTED_NAME.sub(lambda name: f"  {name[1].replace(' ', '_')}(", text)
     return _WIDE_CALL.sub(lambda call: call[0].translate(_WIDE), text)
 
 
@@ -162,8 +174,7 @@ def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
         elif item.code == PROSE:
             yield from settle.steps(item.start, item.source, marked=True)
         else:
-            settle.objects = item.call.args[:1] if item.call and item.call.args else settle.objects
-            yield item
+            yield settle.call(item)
 
 
 class _Settling:
@@ -172,6 +183,15 @@ class _Settling:
     def __init__(self, words: Vocabulary) -> None:
         self.words = words
         self.objects: Sequence[str] = ()
+
+    def call(self, item: Item) -> Item:
+        """Return an item that was read, a call with what its pronouns stand for."""
+        if item.call is None or not item.call.args:
+            return item
+        args = [self.objects[0] if self.objects and arg.lower() in PRONOUNS else arg
+                for arg in item.call.args]  # fmt: skip
+        self.objects = [arg for arg in args[:1] if not arg[:1].isdigit()] or self.objects
+        return replace(item, call=replace(item.call, args=tuple(args)))
 
     def steps(
         self, start: int, source: str, marked: bool, condition: str = "", unknown: bool = True
