@@ -26,7 +26,8 @@ TERMS: frozenset[str] = frozenset(
     explain falseWord family fetches filler functional goal graph hand hidden holds ifUnknown
     impliedBy instead insteadMeans kindOrder locationProperty message name nameProperty
     namespace needs of ofProduct optional order parameter parameters places preposition product
-    partWord prompted property purpose quantifier question requires select servings starts state stateWord
+    partWord prompted property purpose quantifier question requires select servings starts state
+    stateWord
     trueWord unit value verb verbField when with wordField
     """.split()  # noqa: SIM905 - a list would take a page
 )

@@ -28,6 +28,7 @@ _KEYWORD = re.compile(
 )
 _STRING_PREFIX = re.compile(r"[fFrRbBuU]{1,2}(?=[\"'])")
 _BARE = re.compile(r"[^,()\"“”„«»`\n\[\]{}]*")
+_LITERAL = re.compile(r"\[[^\[\](){}\n]*\]|\{[^\[\](){}\n]*\}")
 _ESCAPE = re.compile(r"\\(u[0-9a-fA-F]{4}|.)")
 _ESCAPED = {"n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f"}
 
@@ -46,7 +47,7 @@ class Item:
     """Something found at the offset `start` of a text: a call, or what is wrong there by `code`.
 
     Of each argument of a call in code, `written` tells how it was: "" in quotes, "n" a bare name,
-    "f" a format string. `time` is the step of an atom of a logic program.
+    "f" a format string, "l" a list or an object. `time` is the step of an atom of a logic program.
     """
 
     start: int
@@ -178,10 +179,12 @@ def _argument(text: str, pos: int) -> Reading:
     pos = prefix.end() if prefix else pos
     if text[pos : pos + 1] in _CLOSING:
         return _quoted(text, pos, names, "f" if prefix and "f" in prefix[0].lower() else "")
-    match = _BARE.match(text, pos)
+    literal = _LITERAL.match(text, pos)
+    match = literal or _BARE.match(text, pos)
     end = match.end() if match else pos
     arg = text[pos:end].strip()
-    return Reading((arg,), end, False, _after(text, end, arg), names, ("n",))
+    how = "l" if literal else "n"
+    return Reading((arg,), end, False, _after(text, end, arg), names, (how,))
 
 
 def _quoted(text: str, pos: int, names: tuple[str, ...], written: str) -> Reading:
@@ -262,7 +265,7 @@ _BEFORE = re.compile(
     re.IGNORECASE,
 )
 _BEHIND = re.compile(
-    rf"[ \t`*_\"']*(?:\Z|\(?\d{{1,3}}[.)]\s|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
+    r"[ \t`*_\"']*(?:\Z|\(?\d{1,3}[.)]\s|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
     r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
@@ -361,8 +364,10 @@ def _leads(text: str, anchor: int, start: int) -> bool:
     return near and (start == anchor or bool(_BEFORE.fullmatch(text, anchor, start)))
 
 
-WRAPPED = re.compile(r"[^\w()\n]*(?:\d+[.):]\s*)?([^\W\d]\w*)\(\s*\[?\s*([^\W\d][\w-]*)\(")
-"""The beginning of a call inside a call, or inside the list that one takes."""
+WRAPPED = re.compile(
+    r"[^\w()\n]*(?:\d+[.):]\s*)?([^\W\d]\w*)\(\s*\[?\s*(\w+\s*,\s*|)([^\W\d][\w-]*)\("
+)
+"""The beginning of a call inside a call, behind who does it, or inside the list that one takes."""
 
 _LOOK_BACK = 160
 # Behind these anything may come before the call: "Never put it there by put_down(...)".

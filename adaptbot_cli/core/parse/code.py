@@ -125,12 +125,12 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
     keyed = _KEYED.match(text, start, end)
     if times or keyed:
         often = count_of(times[1] if times else keyed[1] if keyed else "")
-        opens = keyed is not None or not text[times.end() : end].strip(" {*_`\t")
+        body = times.end() if times else end
         # What stands beside a key is in its column, what stands below a sentence is deeper.
         indent = start - text.rfind("\n", 0, start) - 2 if keyed else indent
         block = Block(indent, "loop" if often else "condition", head, start, over=f"range({often})")
         block.often = True
-        return Header(block, times.end() if times else end, end, opens)
+        return Header(block, body, end, opens=not text[body:end].strip(" {*_`\t"))
     word = _WORD.match(text, start, end)
     if word is None or _is_call(text, word.end(), end):
         return None
@@ -373,6 +373,8 @@ class Steps:
             self._enter(function, item, args, names, condition)
         elif condition:
             self._add(conditional(item.start, item.source, condition))
+        elif "l" in item.written and not self._object(args):
+            self._add(fault(item.start, item.source, "an argument is a list or an object"))
         elif any(value is None or not isinstance(value, str) for _, value in args):
             why = "an argument is not written out"
             self._add(
@@ -381,6 +383,13 @@ class Steps:
         else:
             plain = [(name, value) for name, value in args if isinstance(value, str)]
             self._add(replace(item, call=keyworded(call.action, plain)))
+
+    def _object(self, args: list[tuple[str, Value]]) -> bool:
+        """Take the entries of an object that is the only argument for the arguments."""
+        if len(args) != 1 or not isinstance(args[0][1], dict):
+            return False
+        args[:] = args[0][1].items()
+        return True
 
     def _enter(
         self,
@@ -411,8 +420,8 @@ class Steps:
         """Return what an argument stands for: a name without quotes what it was given to mean."""
         if how == "f":
             return _value_of(f"f{arg!r}", names)
-        words = set(re.findall(r"\w+", arg)) & set(names) if how == "n" else set()
-        if not words:
+        words = set(re.findall(r"\w+", arg)) & set(names) if how else set()
+        if not words and how != "l":
             return arg
         for word in words:
             self._unused.pop(word, None)

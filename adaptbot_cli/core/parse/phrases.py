@@ -192,16 +192,17 @@ class Vocabulary:
         return fits and bool(behind or not self.is_thing(tokens[at].word))
 
     def shaped(self, phrase: str) -> bool:
-        """Tell whether a phrase looks like an order with a verb that the domain does not know.
+        """Tell whether a phrase looks like a step, be it an order or an arrow between things."""
+        return self.ordered(phrase) or bool(self.names and ARROW.search(_stripped(phrase)))
 
-        An arrow between words looks like one too, whatever it says.
-        """
+    def ordered(self, phrase: str) -> bool:
+        """Tell whether a phrase looks like an order with a verb that the domain does not know."""
         for part in _parts(phrase):
             tokens = _tokens(_stripped(part))
             at = _skip(tokens, 0)
-            if self.starts_clause(tokens, at):
+            if self.names and self.starts_clause(tokens, at):
                 return True
-        return bool(ARROW.search(_stripped(phrase)))
+        return False
 
     def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
         """Read a phrase as steps; [] if it cannot be read as such.
@@ -214,6 +215,8 @@ class Vocabulary:
         steps = [part for part in parts if self._begins(part)
                  or (len(parts) > 1 and part[-1:] != ":" and self.shaped(part))]  # fmt: skip
         steps = steps or parts[-1:]
+        if steps == parts[:1] and len(parts) > 1 and len(_tokens(parts[0])) == 1:
+            parts = steps = [" ".join((parts[0].rstrip(":"), *parts[1:]))]  # "take: the egg"
         found = self._read(steps[0], unknown, objects)
         for part in steps[1:]:  # "Slice the onion: take the knife": the first is a heading then
             heading, of = found, self._read(part, unknown, found[-1].objects if found else objects)
@@ -386,7 +389,10 @@ class _ClauseReader:
             return None  # "egg in the pan"
         self.at += 1
         verb = self._particles(verbs) if verbs else None
-        command = re.search(r"\w[_-]\w", first.word) is not None
+        command = re.search(r"\w[_-]\w", first.word) is not None or all(
+            token.written.isupper()
+            for token in self._tokens  # as planners print their plans
+        )
         phrases = self._commanded() if command else self._phrases()
         if verbs and verb is None:
             verb = self._separated(verbs, phrases)
@@ -568,9 +574,7 @@ class _ClauseReader:
                 break
             if word == "of" and parts:
                 parts.append(token)
-            elif word in _IF | _TAIL | _ENDS or (
-                self._preposition()[0] and word != "of"
-            ):
+            elif word in _IF | _TAIL | _ENDS or (self._preposition()[0] and word != "of"):
                 break
             elif word in _DETERMINERS and parts and parts[-1].word != "of":
                 if all(p.word in _PERSONS for p in parts):

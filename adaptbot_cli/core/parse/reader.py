@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.parse.calls import (
     LEFT_OUT,
@@ -55,7 +55,7 @@ _MARKED = re.compile(
 )
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(
-    r"[^\[{\"'(]*+(?:(?<=\w)'(?=\w)[^\[{\"'(]*+)*([\[{]|(?<!\w)\()\s*(?:[\[{\"'\]}(]|\w+\s*:|\Z)"
+    r"[^\[{\"'(]*+(?:(?<=\w)'(?=\w)[^\[{\"'(]*+)*(?:\[[A-Z_]+\]\s*(?=[\[{]))?([\[{]|(?<!\w)\()\s*(?:[\[{\"'\]}(]|\w+\s*:|\Z)"
 )
 _SILENT = re.compile(
     r"(?:[\s\[\](){};,.`*_=\-|>~:]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*"
@@ -80,7 +80,7 @@ class Prose(Item):
 
     `marked` tells that it is an item of a list, `heads` that it announces what comes below;
     `group` numbers the lists, `run` the lines that no blank line parts; `block` is where the head
-    stands that it is under.
+    stands that it is under, `number` the item's own, -1 if it has none.
     """
 
     marked: bool = False
@@ -90,6 +90,7 @@ class Prose(Item):
     group: int = 0
     run: int = 0
     block: int = 0
+    number: int = -1
 
 
 @dataclass(slots=True)
@@ -190,10 +191,12 @@ class _Reader:
     def _place(self, start: int, end: int, indent: int) -> None:
         """Note what kind of line this is: an item of which list, in which run of lines."""
         before = self._line
-        marked = _MARKED.match(self._text, start, end) is not None
+        mark = _MARKED.match(self._text, start, end)
+        marked, number = mark is not None, re.findall(r"\d+", mark[0]) if mark else []
         apart = not marked and indent <= before.indent
         self._line = Prose(start, "", marked=marked, indent=indent, group=before.group + apart,
-                           run=self._run, fenced=self._fenced)  # fmt: skip
+                           run=self._run, fenced=self._fenced,
+                           number=int(number[-1][:4]) if number else -1)  # fmt: skip
 
     def _read_fence(self, start: int, end: int) -> bool:
         """Note a line that opens or closes a code block."""
@@ -319,10 +322,8 @@ class _Reader:
         elif not _SILENT.fullmatch(line[:_LONG]) or line.strip() in ("...", "…"):
             here = self._line
             heads = bool(_HEADING.match(self._text[start:content] + line[:_LONG]))
-            self._add(Prose(content, line[:_LONGEST],
-                    code=PROSE, marked=here.marked, heads=heads,
-                            fenced=self._fenced, indent=here.indent, group=here.group,
-                            run=self._run, block=self._open[-1].start))  # fmt: skip
+            self._add(replace(here, start=content, source=line[:_LONGEST], code=PROSE, heads=heads,
+                              block=self._open[-1].start))  # fmt: skip
         return after
 
     def _scan(self, pos: int, end: int, condition: str) -> int:
@@ -340,8 +341,8 @@ class _Reader:
             self.at = anchor
             self._effort.spend(1)
             wrapped = WRAPPED.match(self._text, anchor, end) if anchor < paren else None
-            if wrapped and wrapped.end() > paren and self._unwraps(wrapped[1], wrapped[2]):
-                anchor = floor = wrapped.start(2)
+            if wrapped and wrapped.end() > paren and self._unwraps(*wrapped.groups()):
+                anchor = floor = wrapped.start(3)
                 paren = self._text.find("(", anchor)
             named = call_name(self._text, anchor, floor, paren)
             reading = read_args(self._text, paren + 1) if named else None
@@ -362,12 +363,10 @@ class _Reader:
                 end = end if pos <= end else self._line_end(pos)
                 anchor = pos
 
-    def _unwraps(self, outer: str, inner: str) -> bool:
+    def _unwraps(self, outer: str, who: str, inner: str) -> bool:
         """Tell whether a call only says that the one inside it is done: `do(move(fridge))`."""
-        known = self._words.knows
-        return not known(outer) and (
-            known(inner) or (outer.lower() in _WRAPPERS and outer != inner)
-        )
+        known, wraps = self._words.knows, outer.lower() in _WRAPPERS and outer != inner
+        return not known(outer) and (wraps or (known(inner) and not who))
 
     def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""
@@ -387,9 +386,14 @@ class _Reader:
         elif condition:
             self._add(conditional(start, source, condition))
         else:
-            call = keyworded(name, reading.named())
+            named, written = reading.named(), reading.written
             at = int(time[1]) if time and time[1] else -1
-            self._add(Item(start, source, call, written=reading.written, time=at))
+            if len(named) > 1 and self._words.knows(named[0][1]) and self._unwraps(name, "", ""):
+                timed = name.lower().startswith(("o", "h")) and named[-1][1].isdigit()
+                at = int(named[-1][1][:6]) if timed else at
+                name, end = named[0][1], len(named) - timed  # occurs(move, fridge, 1)
+                named, written = named[1:end], written[1:end]
+            self._add(Item(start, source, keyworded(name, named), written=written, time=at))
         return time.end() if time else reading.end
 
     def _makes_receiver(self, start: int, reading: Reading) -> bool:
@@ -420,7 +424,7 @@ _WRAPPERS = frozenset(
      "run", "action", "step", "call", "plan", "todo"}
 )  # fmt: skip
 _TIME = re.compile(
-    r"\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"
+    r"\s*\)?\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"
 )
 
 

@@ -39,13 +39,17 @@ _TOKEN = re.compile(
 )
 _PAIRS = {"[": "]", "{": "}", "(": ")"}
 _KEYWORD = re.compile(r"[^\W\d]\w{0,80}")
+_BEFORE_MAP = re.compile(r"([^\W\d]\w*):?[ ]?\Z")
+_NUMBERED = re.compile(r"(?:step|action)?[\s_#-]*\d{1,3}", re.IGNORECASE)
 _SHAPED = re.compile(r"[^\W\d]\w*(?:[_-]|(?<=[a-z])(?=[A-Z]))\w+|[A-Z]{3,}")
 
-_NAMED = ("action", "function", "action_name", "function_name", "tool_name", "primitive", "skill")
+_NAMED = (
+    "action", "function", "action_name", "function_name", "tool_name", "primitive", "skill", "verb",
+)  # fmt: skip
 _NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "step")
 _ARGS = (
     "args", "arguments", "parameters", "params", "kwargs", "argument", "input", "inputs",
-    "action_input",
+    "action_input", "tool_input", "tool_args",
 )  # fmt: skip
 _PLANS = {
     "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
@@ -53,6 +57,8 @@ _PLANS = {
     "task_plan", "plan_steps",
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
+_LEADING = (*_NAMED, "tool", "command")
+"""Keys that name an action where they begin a line or head a column."""
 _CONDITIONS = ("if", "condition", "unless", "while", "until", "for_each", "foreach")
 _TIMES = ("times", "repeat", "repetitions", "iterations", "loop")
 _DESCRIBED = ("step", "instruction", "description", "task", "text", "name")
@@ -74,6 +80,10 @@ class Words(Protocol):
 
     def begins(self, phrase: str) -> bool:
         """Tell whether a phrase begins with an action's verb."""
+        ...
+
+    def ordered(self, phrase: str) -> bool:
+        """Tell whether a phrase looks like an order with a verb that is no action's."""
         ...
 
     def proper(self, name: str) -> str:
@@ -182,6 +192,9 @@ class Structures:
         No items: it is no plan, however well-formed it may be.
         """
         node, end = read_literal(self._text, pos)
+        named = _BEFORE_MAP.search(self._text, max(0, pos - _LOOKED_AT), pos)
+        if named and node.kind == "map" and node.end >= 0 and self._is_action(named[1]):
+            return list(self._called(named[1], node, node)), end
         if self._text[pos] == "(" and (node.end < 0 or not self._is_tuple(node)):
             return [], pos + 1
         items = list(self._steps(node, planned=False))
@@ -230,7 +243,9 @@ class Structures:
                 continue
             found = list(self._steps(item, planned))
             yield from found
-            if not found and planned and (item.kind != "list" or item.items):
+            if not found and planned and self._words.ordered(item.text):
+                yield Item(item.start, item.text, code=PROSE)
+            elif not found and planned and (item.kind != "list" or item.items):
                 yield self._unread(item, "this is not a step")
 
     def _map_steps(self, node: Node, planned: bool) -> Iterator[Item]:
@@ -245,8 +260,9 @@ class Structures:
         if said is not None:
             yield from self._string(said)
             return
+        numbered = all(_NUMBERED.fullmatch(key) for key in node.keys)
         for key, value in node.entries():
-            plan = key in _PLANS or (value.kind == "string" and key in _TEXTS)
+            plan = numbered or key in _PLANS or (value.kind == "string" and key in _TEXTS)
             if plan or value.kind in ("list", "map"):
                 yield from self._steps(value, planned=plan)
 
@@ -342,8 +358,12 @@ class Structures:
         elif action.isidentifier() or (action and values is not None) or self._words.knows(joined):
             action = joined if self._words.knows(joined) else action
             yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, kept(args)))
-        elif self._words.begins(action) and not args:
-            yield from self._string(name)
+        elif self._words.begins(action) or self._words.ordered(action):
+            yield from self._string(name) or [Item(name.start, action, code=PROSE)]
+            other = [arg for _, arg in args if arg.lower() not in action.lower()]
+            if other:
+                message = f"`{', '.join(other)}` beside {shown(action)} is left out."
+                yield Item(name.start, action, code=LEFT_OUT, message=message)
         else:
             yield self._unread(node, "its action is not a name")
 
@@ -402,10 +422,12 @@ class Structures:
         listed = bool(match[1].strip())
         bracketed = _BRACKETED.fullmatch(value)
         whole, after = Node("map", match.start(2), end, keys=[], items=[]), end
-        if key in (*_NAMED, "tool", "command") and bracketed:
+        if key in _LEADING and bracketed:
             call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
-        named = key in (*_NAMED, "tool", "command") or (key == "name" and self._is_action(value))
+        named = key in _LEADING or (
+            key == "name" and (self._is_action(value) or (listed and self._listed))
+        )
         if named and _KEYWORD.fullmatch(value.strip("'\"")):
             whole.keys, whole.items = (
                 ["action"],
@@ -413,7 +435,8 @@ class Structures:
             )
             column, own = match.start(2) - start, end
             after = self._more_fields(whole, column, end)
-            if after == own and not self._is_action(whole.items[0].text):
+            known = self._is_action(whole.items[0].text)
+            if after == own and not known and not (listed and self._listed):
                 return None
         elif (listed or fenced) and key not in _NO_ACTIONS and (
             self._is_action(match[2].strip()) or (listed and self._listed)
@@ -432,12 +455,14 @@ class Structures:
         self._listed = True
         return (items, after) if items else None
 
+    def _line_end(self, pos: int) -> int:
+        end = self._text.find("\n", pos)
+        return len(self._text) if end < 0 else end
+
     def _more_fields(self, node: Node, column: int, end: int) -> int:
         """Add the fields in the lines below that stand in the same column; returns their end."""
         while end < len(self._text):
-            start = end + 1
-            stop = self._text.find("\n", start)
-            stop = len(self._text) if stop < 0 else stop
+            start, stop = end + 1, self._line_end(end + 1)
             match = _FIELD.match(self._text, start, stop)
             if match is None or match[1].strip(" >*_\"'") or match.start(2) - start != column:
                 break
@@ -456,16 +481,13 @@ class Structures:
         if said[:1] in ("[", "{"):
             node, after = read_literal(self._text, opening)
             if node.end >= 0:
-                stop = self._text.find("\n", after)
-                return node, len(self._text) if stop < 0 else stop
+                return node, self._line_end(after)
         if said:
             plain = said.partition(" #")[0].strip("`*\"' ")
             return Node("string", opening, end, plain), end
         node = Node("map", pos, end)
         while end < len(self._text):
-            start = end + 1
-            stop = self._text.find("\n", start)
-            stop = len(self._text) if stop < 0 else stop
+            start, stop = end + 1, self._line_end(end + 1)
             match = _DEEPER.match(self._text, start, stop)
             if match is None or match.start(2) - start <= column:
                 break
@@ -483,20 +505,23 @@ class Structures:
         if rule is None or start < self._no_table_before or text[start:end].count("|") < 2:
             return None
         keys = [_key(cell) for cell, _ in _cells(text, start, end)]
-        at = next((n for n, key in enumerate(keys) if key in (*_NAMED, "command", "verb")), -1)
+        first = [cell for cell, _ in _cells(text, rule.end() + 1, self._line_end(rule.end() + 1))]
+        at = next((n for n, key in enumerate(keys) if key in _NAMED), -1)
+        at = at if at >= 0 else next((n for n, c in enumerate(first) if self._words.begins(c)), -1)
+        at = at if at >= 0 else next((n for n, key in enumerate(keys) if key in _LEADING), -1)
         if at < 0:
             return None
         items: list[Item] = []
         end = rule.end()
         while text[end + 1 : end + 2] == "|" or _ROW.match(text, end + 1):
-            start, end = end + 1, text.find("\n", end + 1)
-            end = len(text) if end < 0 else end
+            start, end = end + 1, self._line_end(end + 1)
             cells = _cells(text, start, end)
             if len(cells) <= at:
                 break
             given = [
-                (k, c, p) for k, (c, p) in zip(keys, cells, strict=False) if c.lower() not in _EMPTY
-            ]
+                (k, c, p) for k, (c, p) in zip(keys, cells, strict=False)
+                if c.lower() not in _EMPTY and not (p == cells[0][1] and c.isdigit())
+            ]  # fmt: skip
             nodes = [Node("string", p, p + len(c), c.strip("`*")) for _, c, p in given]
             row = Node("map", cells[0][1], end, items=nodes, keys=[k for k, _, _ in given])
             if keys[at] in row.keys:
@@ -542,7 +567,7 @@ class Structures:
 
 
 _IN_ORDER = re.compile(
-    r"(?:[\s()]|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*", re.IGNORECASE
+    r"(?:[\s():]|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*", re.IGNORECASE
 )
 """What may stand around steps that come one after the other."""
 
@@ -586,7 +611,8 @@ def _step_of(atom: re.Match[str]) -> Item:
 
 
 def _key(written: str) -> str:
-    return re.sub(r"[\s_-]+", "_", re.sub(r"\s\d+$", "", written.strip(" *_`").lower())).strip("_")
+    plain = re.sub(r"\s\d+$|\(.*", "", written.strip(" *_`").lower())
+    return re.sub(r"[\s_-]+", "_", plain).strip("_")
 
 
 def _cells(text: str, start: int, end: int) -> list[tuple[str, int]]:
@@ -632,7 +658,7 @@ def flattened(node: Node) -> Args | None:
         return flattened(inner) if inner.end >= 0 else None
     if node.kind == "string" and "," in node.text:
         reading = read_args(node.text + ")", 0)
-        return None if reading.error else list(reading.named())
+        return None if reading.error or "l" in reading.written else list(reading.named())
     if node.kind in ("string", "word"):
         null = node.kind == "word" and node.text.lower() in ("null", "none")
         return [] if null else [("", node.text.strip())]

@@ -41,7 +41,7 @@ _MARK = re.compile(
     rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--)"
     r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
-    r"|(?P<frame><\|(?:start|channel|message|end)\|>(?:assistant|final)?)"
+    r"|(?P<frame><\|(?:start|channel|message|end|python_tag|tool_calls?)\|>(?:assistant|final)?)"
     r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
     re.IGNORECASE | re.MULTILINE,
 )
@@ -57,9 +57,9 @@ _LETTER = re.compile(r"[^\n]")
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
 _SENTENCE = re.compile(r"(?<=[.!])\s+(?=[A-Z\"“`])|(?<=;)\s+")
 _NO_STEPS = re.compile(
-    r"\W*(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
+    r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback)\s*\d*\s*:.*|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
     r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
-    r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60}$",
+    r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60})$",
     re.IGNORECASE,
 )
 
@@ -287,7 +287,7 @@ class _Phrased(_Settling):
             for _, s in _sentences(i.source)
         ]
         begun = sum(words.begins(sentence) for sentence in said)
-        shaped = bool(words.names) and all(words.begins(s) or words.shaped(s) for s in said)
+        shaped = all(words.begins(s) or words.shaped(s) for s in said)
         self._prose = not self._plans and (2 * begun >= len(said) or shaped)
 
     def _is_plan(self, lines: Sequence[str]) -> bool:
@@ -304,8 +304,13 @@ class _Phrased(_Settling):
         while below is not None and below.code == GAP:
             n += 1
             below = self._items[n + 1] if n + 1 < len(self._items) else None
-        deeper = isinstance(below, Prose) and below.marked and below.indent > item.indent
-        deeper = deeper and below.block == item.block  # type: ignore[union-attr]
+        deeper = (
+            isinstance(below, Prose)
+            and below.marked
+            and below.indent > item.indent
+            and below.block == item.block
+            and not 0 <= item.number == below.number - 1  # it only goes on with the numbers
+        )
         return bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
