@@ -264,12 +264,14 @@ _BEFORE = re.compile(
     r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?",
     re.IGNORECASE,
 )
+_NUMBERED = re.compile(r"[.:;,]\s+\(?1[.):]\s*\Z")
 _BEHIND = re.compile(
-    r"[ \t`*_\"']*(?:\Z|\(?\d{1,3}[.)]\s|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
+    r"[ \t`*_\"']*(?:\Z|\(?\d{1,3}[.)]\s|[^\W\d]\w*\(|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
     r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 _COLON = re.compile(r"(?<!Error)(?<!Exception)[:：][ \t*_`]*\Z")
+_OTHERWISE = re.compile(r"[\s`*,;.]*(or[\s`*,]*|(?:else\s+)?(?:if|unless|while)\b.*)", re.DOTALL)
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
@@ -333,9 +335,10 @@ def is_call(
 
 
 def alternative(text: str, anchor: int, start: int) -> str:
-    """Name the condition of the second call in `clean("pan") or clean("pot")`."""
+    """Name the condition of the second call in `clean("pan") or clean("pot")`, or `...; if ...`."""
     gap = text[anchor:start] if start - anchor <= _LOOK else ""
-    return "or" if gap.strip(" `*,") == "or" else ""
+    said = _OTHERWISE.fullmatch(gap)
+    return said[1].rstrip(" `*") if said else ""
 
 
 def trailing_condition(text: str, reading: Reading) -> str:
@@ -359,9 +362,14 @@ def _ends_line(text: str, anchor: int, start: int, reading: Reading) -> bool:
 
 
 def _leads(text: str, anchor: int, start: int) -> bool:
-    """Tell whether nothing of a sentence stands between two offsets: "2. ", "; then "."""
-    near = start - anchor <= _LOOK
-    return near and (start == anchor or bool(_BEFORE.fullmatch(text, anchor, start)))
+    """Tell whether nothing of a sentence stands between two offsets: "2. ", "; then ".
+
+    The first of a numbered list may stand behind a sentence.
+    """
+    if start - anchor > _LOOK:
+        return bool(_NUMBERED.search(text, start - _LOOK, start))
+    led = start == anchor or _BEFORE.fullmatch(text, anchor, start)
+    return bool(led or _NUMBERED.search(text, anchor, start))
 
 
 WRAPPED = re.compile(

@@ -46,6 +46,7 @@ _PHRASAL = {
 }
 _PARTICLES = _ADVERBS | _PREPOSITIONS
 _ENDS = frozenset({",", ";", "&", "and", "then", "finally", "lastly", "afterwards", "×"})
+_NO_VERBS = _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL | PRONOUNS | _PERSONS
 _OBJECTS = (_DETERMINERS - {"of"}) | {"it", "them"}
 """What an order is about begins so: "the egg", "them"."""
 _MOST = 50
@@ -100,6 +101,10 @@ CLOSED = re.compile(
 """What ends a plan."""
 
 
+Named = Sequence[Sequence[str]]
+"""What steps were about, the last one first."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verb:
     """A name of an action as words: the verb's further words, and the actions that it may mean."""
@@ -147,8 +152,11 @@ class Vocabulary:
             own = (*action.names, action.verb, action.family, *kg.aliases(action.iri))
             for name in dict.fromkeys(normal(name) for name in own if name):
                 first, *rest = name.split("_")
-                names.add(name)
+                joined = name.replace("_", "")
+                names |= {name, joined}
                 verbs.setdefault(first, []).append(Verb(name, tuple(rest), action))
+                if rest:
+                    verbs.setdefault(joined, []).append(Verb(name, (), action))
         longest = {
             first: sorted(found, key=lambda v: -len(v.rest)) for first, found in verbs.items()
         }
@@ -160,8 +168,7 @@ class Vocabulary:
 
     def proper(self, name: str) -> str:
         """Return the action's name that is spelt without its separators, such as switchon."""
-        joined = (known for known in sorted(self.names) if known.replace("_", "") == name)
-        return next(joined, name)
+        return next((verb.name for verb in self.verbs.get(name, ()) if not verb.rest), name)
 
     def puts(self, verb: Verb, mark: str) -> str:
         """Name the action that puts where `mark` says what `verb` fetches: "bring it to me"."""
@@ -195,6 +202,13 @@ class Vocabulary:
         """Tell whether a phrase looks like a step, be it an order or an arrow between things."""
         return self.ordered(phrase) or bool(self.names and ARROW.search(_stripped(phrase)))
 
+    def itemised(self, phrase: str) -> bool:
+        """Tell whether an item of a list of steps looks like one, as does "sit on the sofa"."""
+        first, *behind = [*_tokens(_stripped(phrase)), _Token("", "")]
+        going = behind and behind[0].word in _PREPOSITIONS and first.word.isalpha()
+        no_verb = first.word in _NO_VERBS or self.is_thing(first.word)
+        return self.shaped(phrase) or bool(self.names and going and not no_verb)
+
     def ordered(self, phrase: str) -> bool:
         """Tell whether a phrase looks like an order with a verb that the domain does not know."""
         for part in _parts(phrase):
@@ -204,11 +218,11 @@ class Vocabulary:
                 return True
         return False
 
-    def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
+    def read(self, phrase: str, unknown: bool, objects: Named = ()) -> list[Clause]:
         """Read a phrase as steps; [] if it cannot be read as such.
 
         With `unknown`, it may begin with a verb that is none of the domain's. `objects` are those
-        of the step before, which a pronoun stands for.
+        of the steps before, the last one first, which a pronoun stands for.
         """
         parts = _parts(phrase)
         # What a colon stands behind is a heading, unless it begins as a step does.
@@ -219,7 +233,8 @@ class Vocabulary:
             parts = steps = [" ".join((parts[0].rstrip(":"), *parts[1:]))]  # "take: the egg"
         found = self._read(steps[0], unknown, objects)
         for part in steps[1:]:  # "Slice the onion: take the knife": the first is a heading then
-            heading, of = found, self._read(part, unknown, found[-1].objects if found else objects)
+            heading = found
+            of = self._read(part, unknown, [*(c.objects for c in found[::-1]), *objects])
             again = self._done(heading) & self._done(of)
             found = of if again or not heading else [*heading, *of]
         dropped = [part.strip() for part in parts[1:] if part not in steps]
@@ -234,7 +249,7 @@ class Vocabulary:
         verbs = (verb for found in self.verbs.values() for verb in found)
         return {verb.action.family or verb.action.name for verb in verbs if verb.name in names}
 
-    def _read(self, phrase: str, unknown: bool, objects: Sequence[str]) -> list[Clause]:
+    def _read(self, phrase: str, unknown: bool, objects: Named) -> list[Clause]:
         phrase = _stripped(phrase)
         steps = ARROW.split(phrase)
         if len(steps) > 1 and not all(self._begins(s) or self.shaped(s) for s in steps):
@@ -251,7 +266,7 @@ class Vocabulary:
             if clause is None:
                 return []
             found.append(clause)
-            objects = reader.objects or objects
+            objects = [reader.objects, *objects]
             at = _skip(tokens, reader.at)
         return found
 
@@ -280,7 +295,7 @@ class Vocabulary:
             ends = after is None or after.word in (",", ";", "and", "then")
             return not (ends and self.is_thing(tokens[at].word))
         word = tokens[at].word
-        plain = word not in _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL and word.isalpha()
+        plain = word not in _NO_VERBS and word.isalpha()
         return bool(plain and after and after.word in _OBJECTS)
 
 
@@ -366,9 +381,7 @@ class _UnreadError(Exception):
 class _ClauseReader:
     """Reads one clause from `at`; leaves `at` behind it and what its pronouns may mean."""
 
-    def __init__(
-        self, words: Vocabulary, tokens: Sequence[_Token], at: int, before: Sequence[str]
-    ) -> None:
+    def __init__(self, words: Vocabulary, tokens: Sequence[_Token], at: int, before: Named) -> None:
         self.at = at
         self.objects: list[str] = []
         self._words = words
@@ -377,6 +390,7 @@ class _ClauseReader:
         self._left_out: list[str] = []
         self._condition = ""
         self._often = 1
+        self._said: list[str] = []
 
     def read(self, unknown: bool) -> Clause | None:
         first = self._tokens[self.at]
@@ -389,9 +403,14 @@ class _ClauseReader:
             return None  # "egg in the pan"
         self.at += 1
         verb = self._particles(verbs) if verbs else None
-        command = re.search(r"\w[_-]\w", first.word) is not None or all(
-            token.written.isupper()
-            for token in self._tokens  # as planners print their plans
+        glued = verb is not None and first.word == verb.name.replace("_", "") != verb.name
+        command = (
+            glued
+            or re.search(r"\w[_-]\w", first.word) is not None
+            or all(
+                token.written.isupper()
+                for token in self._tokens  # as planners print their plans
+            )
         )
         phrases = self._commanded() if command else self._phrases()
         if verbs and verb is None:
@@ -588,9 +607,14 @@ class _ClauseReader:
         if not kept:
             return []
         if len(kept) == 1 and not kept[0].quoted and kept[0].word in PRONOUNS:
-            return list(self.objects or self._before or [kept[0].word])
+            return list(next(filter(self._may_be, self._before), [kept[0].word]))
         kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
-        return [" ".join(p.written for p in kept)]
+        self._said.append(" ".join(p.written for p in kept))
+        return self._said[-1:]
+
+    def _may_be(self, named: Sequence[str]) -> bool:
+        """Tell whether a pronoun may stand for what was named: the clause does not name it too."""
+        return bool(named) and not {*named} & {*self._said}
 
     def _ends(self, at: int) -> bool:
         if at >= len(self._tokens):

@@ -22,6 +22,8 @@ from adaptbot_cli.core.parse.repeats import without_repeats
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
 
 _MOST_LINES = 5
+_LOOK_BACK = 3
+"""How many steps a pronoun looks back."""
 
 _UNSEEN = {0x200B: None, 0x2060: None, 0xFEFF: None}
 """Zero-width space, word joiner, byte order mark: they stand in copied text and say nothing."""
@@ -55,9 +57,11 @@ _ENDS = {
 }
 _LETTER = re.compile(r"[^\n]")
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
+_BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
+"""A row of a plan without marks: a few words, no sentence."""
 _SENTENCE = re.compile(r"(?<=[.!])\s+(?=[A-Z\"“`])|(?<=;)\s+")
 _NO_STEPS = re.compile(
-    r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback)\s*\d*\s*:.*|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
+    r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
     r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
     r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60})$",
     re.IGNORECASE,
@@ -182,32 +186,38 @@ class _Settling:
 
     def __init__(self, words: Vocabulary) -> None:
         self.words = words
-        self.objects: Sequence[str] = ()
+        self.objects: list[Sequence[str]] = []
+
+    def _remember(self, objects: Sequence[str]) -> None:
+        self.objects = [objects, *self.objects][:_LOOK_BACK] if objects else self.objects
 
     def call(self, item: Item) -> Item:
         """Return an item that was read, a call with what its pronouns stand for."""
-        if item.call is None or not item.call.args:
+        if item.call is None:
             return item
-        args = [self.objects[0] if self.objects and arg.lower() in PRONOUNS else arg
+        ends = CLOSED.fullmatch(item.call.action) and not self.words.knows(item.call.action)
+        if ends and not item.call.args:
+            return Item(item.start, item.source, code=LEFT_OUT)
+        args = [self.objects[0][0] if self.objects and arg.lower() in PRONOUNS else arg
                 for arg in item.call.args]  # fmt: skip
-        self.objects = [arg for arg in args[:1] if not arg[:1].isdigit()] or self.objects
+        self._remember([arg for arg in args[:1] if not arg[:1].isdigit()])
         return replace(item, call=replace(item.call, args=tuple(args)))
 
     def steps(
         self, start: int, source: str, marked: bool, condition: str = "", unknown: bool = True
     ) -> Iterator[Item]:
         """Yield the steps of a phrase; where it cannot be read, a finding that names it."""
-        if CLOSED.fullmatch(source):
-            return
-        if OPEN.fullmatch(source):
-            message = f"{shown(source)} stands for steps that are not written out: write each."
-            yield Item(start, source, code="P103", message=message)
-            return
-        if is_negated(source):
-            message = f"{shown(source)} is not to be done, so it is no step."
-            yield Item(start, source, code="P106", message=message)
-            return
         for number, (at, sentence) in enumerate(_sentences(source)):
+            if OPEN.fullmatch(sentence):
+                message = (
+                    f"{shown(sentence)} stands for steps that are not written out: write each."
+                )
+                yield Item(start + at, sentence, code="P103", message=message)
+                continue
+            if is_negated(sentence):
+                message = f"{shown(sentence)} is not to be done, so it is no step."
+                yield Item(start + at, sentence, code="P106", message=message)
+                continue
             known = self.words.begins(sentence)
             fits = known or (marked and number == 0) or self.words.shaped(sentence)
             clauses = self.words.read(sentence, unknown, self.objects) if known or fits else []
@@ -218,7 +228,7 @@ class _Settling:
                 if condition or clause.condition:
                     yield conditional(where, sentence, condition or clause.condition)
                     continue
-                self.objects = clause.objects or self.objects
+                self._remember(clause.objects)
                 for call in clause.calls:
                     yield Item(where, sentence, call)
                 aside = ASIDE.search(sentence)
@@ -254,7 +264,9 @@ def _sentences(source: str) -> list[tuple[int, str]]:
         parts = list(zip(starts, [*starts[1:], len(source)], strict=True))
     found = [(at, source[at:end].strip(" ,;")) for at, end in parts]
     return [
-        (at, part) for at, part in found if re.search(r"\w", part) and not CLOSED.fullmatch(part)
+        (at, part)
+        for at, part in found
+        if OPEN.fullmatch(part) or (re.search(r"\w", part) and not CLOSED.fullmatch(part))
     ]
 
 
@@ -265,6 +277,9 @@ class _Phrased(_Settling):
         super().__init__(words)
         self._items = items
         lines = [(n, item) for n, item in enumerate(items) if isinstance(item, Prose)]
+        rows = [i.source for _, i in lines if not i.marked and not CLOSED.fullmatch(i.source)]
+        begun = sum(map(words.begins, rows))
+        self._bare = 3 * begun >= len(rows) > 1 and all(map(_BARE.fullmatch, rows))
         self._aside: set[int] = set()
         aside = False
         for n, item in lines:
@@ -277,8 +292,8 @@ class _Phrased(_Settling):
                 self._aside.add(n)
         self._lists: dict[int, list[str]] = {}
         for n, item in lines:
-            if n not in self._aside and not self._heads(n, item) and (item.marked or item.fenced):
-                self._lists.setdefault(item.group, []).append(item.source)
+            if n not in self._aside and not self._heads(n, item) and self._listed(item):
+                self._lists.setdefault(self._group(item), []).append(item.source)
         self._plans = {group for group, lines in self._lists.items() if self._is_plan(lines)}
         said = [
             s
@@ -289,6 +304,14 @@ class _Phrased(_Settling):
         begun = sum(words.begins(sentence) for sentence in said)
         shaped = all(words.begins(s) or words.shaped(s) for s in said)
         self._prose = not self._plans and (2 * begun >= len(said) or shaped)
+
+    def _listed(self, item: Prose) -> bool:
+        """Tell whether a line is an item of a list: marked, in a code block, or one of few words."""
+        return item.marked or item.fenced or self._bare
+
+    def _group(self, item: Prose) -> int:
+        """Return the list that an item is of: rows without marks are one."""
+        return item.group if item.marked or not self._bare else -1
 
     def _is_plan(self, lines: Sequence[str]) -> bool:
         """Tell whether the items of a list are steps: they begin with verbs."""
@@ -311,11 +334,15 @@ class _Phrased(_Settling):
             and below.block == item.block
             and not 0 <= item.number == below.number - 1  # it only goes on with the numbers
         )
-        return bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
+        heading = (
+            item.heads and isinstance(below, Prose) and below.marked and not below.heads
+            and below.number != item.number + 1
+        )  # fmt: skip
+        return heading or bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
         inline = _INLINE.findall(item.source)
-        steps = item.group in self._plans and (item.marked or item.fenced)
+        steps = self._group(item) in self._plans and self._listed(item)
         if not self.words.names or n in self._aside or (self._heads(n, item) and len(inline) < 2):
             return
         begins = any(self.words.begins(s) for _, s in _sentences(item.source))
@@ -369,7 +396,8 @@ class _Mixed(_Settling):
         before, behind = self._nearest(n, item, -1), self._nearest(n, item, 1)
         sibling = item.marked and (item.group, item.indent) in self._lists
         begins = any(
-            self.words.begins(s) or ((sibling or ARROW.search(s)) and self.words.shaped(s))
+            self.words.begins(s)
+            or (self.words.itemised(s) if sibling else ARROW.search(s) and self.words.shaped(s))
             for _, s in _sentences(item.source)
         )
         headed = item.heads or self._has_body(n, item)
