@@ -272,6 +272,7 @@ _BEHIND = re.compile(
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 _COLON = re.compile(r"(?<!Error)(?<!Exception)[:：][ \t*_`]*\Z")
 _OTHERWISE = re.compile(r"[\s`*,;.]*(or[\s`*,]*|(?:else\s+)?(?:if|unless|while)\b.*)", re.DOTALL)
+_SENTENCE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)|\.\s+[A-Z]")
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
@@ -356,9 +357,9 @@ def _stands_alone(text: str, anchor: int, start: int, reading: Reading) -> bool:
 
 
 def _ends_line(text: str, anchor: int, start: int, reading: Reading) -> bool:
-    """Tell whether a line ends with it behind a colon: "Slice the egg: slice(egg, knife)"."""
+    """Tell whether a line or sentence ends with it behind a colon: "Cut it: slice(egg, knife)"."""
     colon = _COLON.search(text, max(anchor, start - _LOOK), start)
-    return colon is not None and bool(_LINE_END.match(text, reading.end))
+    return colon is not None and bool(_SENTENCE_END.match(text, reading.end))
 
 
 def _leads(text: str, anchor: int, start: int) -> bool:
@@ -373,9 +374,15 @@ def _leads(text: str, anchor: int, start: int) -> bool:
 
 
 WRAPPED = re.compile(
-    r"[^\w()\n]*(?:\d+[.):]\s*)?([^\W\d]\w*)\(\s*\[?\s*(\w+\s*,\s*|)([^\W\d][\w-]*)\("
+    r"[^\w()\n]*(?:\d+[.):]\s*)?(?:\w+\.)*([^\W\d]\w*)\(\s*\[?\s*(\w+\s*,\s*|)([^\W\d][\w-]*)\("
 )
 """The beginning of a call inside a call, behind who does it, or inside the list that one takes."""
+
+WRAPPERS = frozenset(
+    {"do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply",
+     "run", "action", "step", "call", "plan", "todo"}
+)  # fmt: skip
+"""What says of another call that it is done."""
 
 _LOOK_BACK = 160
 # Behind these anything may come before the call: "Never put it there by put_down(...)".

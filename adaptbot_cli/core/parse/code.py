@@ -10,8 +10,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.english import NUMBERS, count_of
-from adaptbot_cli.core.parse.calls import LEFT_OUT, Item, conditional, fault, read_args, shown
-from adaptbot_cli.core.plan import keyworded
+from adaptbot_cli.core.parse.calls import (
+    LEFT_OUT,
+    WRAPPERS,
+    Item,
+    conditional,
+    fault,
+    read_args,
+    shown,
+)
+from adaptbot_cli.core.plan import Call, keyworded
 
 Value = str | tuple["Value", ...] | dict[str, "Value"] | None
 """What a name stands for: a text, values in order or by name; None if that is not known."""
@@ -371,6 +379,8 @@ class Steps:
         function = self._functions.get(call.action) if receiver in ("", "self") else None
         if function is not None and call.action not in self._stack and len(self._stack) < _DEPTH:
             self._enter(function, item, args, names, condition)
+        elif condition and self._executes(call, names):
+            self._add(Item(item.start, item.source, code=LEFT_OUT))
         elif condition:
             self._add(conditional(item.start, item.source, condition))
         elif "l" in item.written and not self._object(args):
@@ -383,6 +393,15 @@ class Steps:
         else:
             plain = [(name, value) for name, value in args if isinstance(value, str)]
             self._add(replace(item, call=keyworded(call.action, plain)))
+
+    def _executes(self, call: Call, names: Mapping[str, Value]) -> bool:
+        """Tell whether a call only has done what was read before: `for s in plan: do(s)`."""
+        turns = len(call.args) == 1 and names.get(call.args[0], "") is None
+        return (
+            turns
+            and call.action.lower() in WRAPPERS
+            and any(i.call or i.code == PROSE for i in self.out)
+        )
 
     def _object(self, args: list[tuple[str, Value]]) -> bool:
         """Take the entries of an object that is the only argument for the arguments."""

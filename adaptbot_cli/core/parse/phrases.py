@@ -71,12 +71,19 @@ _INVERTED = (
         ),
         r"\2 \1",
     ),
+    (
+        re.compile(
+            r"((?:once|when|while|after|before|until|as\s+soon\s+as)\s[^,]{1,60}),\s*(.*)",
+            re.IGNORECASE,
+        ),
+        r"\2 \1",
+    ),
 )
-"""Orders whose object or tool comes first, and how they read otherwise."""
+"""Orders whose object, tool or time comes first, and how they read otherwise."""
 _LABEL = re.compile(
     r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
-    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
+    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!(?<=[a-z]-)\w)[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
     re.IGNORECASE,
 )
 _SUBJECT = re.compile(
@@ -122,13 +129,17 @@ class Verb:
 
 @dataclass(frozen=True, slots=True)
 class Clause:
-    """A verb with its arguments: one step, or one for each of several objects."""
+    """A verb with its arguments: one step, or one for each of several objects.
+
+    `elided` tells that its object is that of the next clause: "wash and cut the apple".
+    """
 
     calls: tuple[Call, ...]
     known: bool
     left_out: str = ""
     condition: str = ""
     objects: Sequence[str] = ()
+    elided: bool = False
 
 
 def _nothing(name: str) -> bool:
@@ -265,9 +276,16 @@ class Vocabulary:
                 return []
             if clause is None:
                 return []
-            found.append(clause)
             objects = [reader.objects, *objects]
             at = _skip(tokens, reader.at)
+            joined = {token.word for token in tokens[reader.at : at]} <= {",", "&", "and"}
+            found.append(replace(clause, elided=clause.elided and joined))
+        for n in range(len(found) - 2, -1, -1):
+            first = next((name for name, _ in found[n + 1].calls[0].named()), "none")
+            if found[n].elided and not first:
+                (call,), of = found[n].calls, found[n + 1].objects
+                calls = tuple(keyworded(call.action, [("", each)]) for each in of)
+                found[n] = replace(found[n], calls=calls, objects=of)
         return found
 
     def _verbs(self, token: "_Token") -> Sequence[Verb]:
@@ -304,6 +322,11 @@ class _Token:
     word: str
     written: str
     quoted: bool = False
+
+    @property
+    def named(self) -> bool:
+        """Whether it may be the name of an action, such as pick-up."""
+        return self.word.replace("-", "").replace("_", "").isalpha()
 
 
 def _tokens(phrase: str) -> list[_Token]:
@@ -395,7 +418,7 @@ class _ClauseReader:
     def read(self, unknown: bool) -> Clause | None:
         first = self._tokens[self.at]
         verbs = self._words._verbs(first)
-        if not verbs and not (unknown and first.word.isalpha() and not first.quoted):
+        if not verbs and not (unknown and first.named and not first.quoted):
             return None
         if not verbs and first.word in _DETERMINERS | _PREPOSITIONS | _PERSONS | _IF | _TAIL:
             return None
@@ -427,6 +450,7 @@ class _ClauseReader:
             ", ".join(self._left_out),
             self._condition,
             self.objects,
+            elided=not phrases and self._often == 1 and bool(not verb or verb.action.required),
         )
 
     def _ordered(self, at: int) -> bool:
@@ -607,7 +631,7 @@ class _ClauseReader:
         if not kept:
             return []
         if len(kept) == 1 and not kept[0].quoted and kept[0].word in PRONOUNS:
-            return list(next(filter(self._may_be, self._before), [kept[0].word]))
+            return list(next((n for n in self._before if self._may_be(n)), [kept[0].word]))
         kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
         self._said.append(" ".join(p.written for p in kept))
         return self._said[-1:]

@@ -10,6 +10,7 @@ from adaptbot_cli.core.parse.calls import (
     NESTED,
     UNCLOSED_QUOTE,
     WRAPPED,
+    WRAPPERS,
     Item,
     Reading,
     alternative,
@@ -70,6 +71,9 @@ _ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
 _AND_SO_ON = re.compile(
     r"(?:\b(?:repeat|same)\b.*\b(?:for|with)\b|\b(?:and so on|etc)\b)|^\W*(?:\.\.\.|…)\W*$",
     re.IGNORECASE,
+)
+_GOES_ON = re.compile(
+    r"[\s,;.`*]*(?=(?:and|then|next|finally)\b)|[\s`*]*[.;]\s+(?=[A-Za-z])", re.IGNORECASE
 )
 _RECEIVER = re.compile(r"(\w+)[^\S\n]*=[^\S\n]*\Z")
 
@@ -337,6 +341,7 @@ class _Reader:
             if paren < 0 or _COMMENT.search(self._text, pos, paren):
                 if len(body) > calls:
                     body += passed
+                    self._read_tail(anchor, end)
                 return end
             self.at = anchor
             self._effort.spend(1)
@@ -363,9 +368,18 @@ class _Reader:
                 end = end if pos <= end else self._line_end(pos)
                 anchor = pos
 
+    def _read_tail(self, start: int, end: int) -> None:
+        """Read what a line goes on with behind its last call: "and put it on the plate"."""
+        goes_on = None if self._fenced else _GOES_ON.match(self._text, start, end)
+        if goes_on is not None:
+            comment = _COMMENT.search(self._text, goes_on.end(), end)
+            rest = self._text[goes_on.end() : comment.start() if comment else end].strip()
+            if self._words.begins(rest) or self._words.ordered(rest):
+                self._add(replace(self._line, start=goes_on.end(), source=rest, code=PROSE))
+
     def _unwraps(self, outer: str, who: str, inner: str) -> bool:
         """Tell whether a call only says that the one inside it is done: `do(move(fridge))`."""
-        known, wraps = self._words.knows, outer.lower() in _WRAPPERS and outer != inner
+        known, wraps = self._words.knows, outer.lower() in WRAPPERS and outer != inner
         return not known(outer) and (wraps or (known(inner) and not who))
 
     def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
@@ -419,10 +433,6 @@ class _Reader:
         return len(self._text) if end < 0 else end
 
 
-_WRAPPERS = frozenset(
-    {"do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply",
-     "run", "action", "step", "call", "plan", "todo"}
-)  # fmt: skip
 _TIME = re.compile(
     r"\s*\)?\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"
 )

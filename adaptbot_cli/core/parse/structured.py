@@ -46,7 +46,7 @@ _SHAPED = re.compile(r"[^\W\d]\w*(?:[_-]|(?<=[a-z])(?=[A-Z]))\w+|[A-Z]{3,}")
 _NAMED = (
     "action", "function", "action_name", "function_name", "tool_name", "primitive", "skill", "verb",
 )  # fmt: skip
-_NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "step")
+_NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "op", "step")
 _ARGS = (
     "args", "arguments", "parameters", "params", "kwargs", "argument", "input", "inputs",
     "action_input", "tool_input", "tool_args",
@@ -224,9 +224,7 @@ class Structures:
     def _once(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a value. In a list of steps, whatever is none is told of."""
         if self._is_tuple(node):
-            yield from self._called(
-                node.items[0].text, Node("list", node.start, node.end, items=node.items[1:]), node
-            )
+            yield from self._tuple(node)
             return
         if node.kind == "map":
             yield from self._map_steps(node, planned)
@@ -237,7 +235,11 @@ class Structures:
         heads = node.items[:_LOOKED_AT]
         planned = planned or any(self._is_step(item) or self._is_tuple(item) for item in heads)
         called = planned or all(self._is_called(item) for item in heads)
+        tupled = any(map(self._is_tuple, heads))
         for item in node.items:
+            if tupled and _is_row(item):
+                yield from self._tuple(item)
+                continue
             if called and not self._is_step(item) and self._is_called(item):
                 yield from self._called(item.keys[0], item.items[0], item)
                 continue
@@ -247,6 +249,10 @@ class Structures:
                 yield Item(item.start, item.text, code=PROSE)
             elif not found and planned and (item.kind != "list" or item.items):
                 yield self._unread(item, "this is not a step")
+
+    def _tuple(self, node: Node) -> Iterator[Item]:
+        rest = Node("list", node.start, node.end, items=node.items[1:])
+        yield from self._called(node.items[0].text, rest, node)
 
     def _map_steps(self, node: Node, planned: bool) -> Iterator[Item]:
         if self._is_step(node):
@@ -447,6 +453,7 @@ class Structures:
             whole.end = after
             if inner.text.count(" ") > 1 or not self._is_called(whole, listed=True):
                 return None
+            self._listed = True
             return [*self._called(whole.keys[0], inner, whole)], after
         else:
             return None
@@ -602,6 +609,11 @@ _PDDL = re.compile(
     r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?",
     re.IGNORECASE,
 )
+
+
+def _is_row(node: Node) -> bool:
+    """Tell whether a list is a name and what stands behind it, where others are steps."""
+    return bool(node.kind == "list" and node.items and _KEYWORD.fullmatch(node.items[0].text))
 
 
 def _step_of(atom: re.Match[str]) -> Item:

@@ -237,6 +237,11 @@ class _Settling:
                     message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
                     yield Item(where, sentence, code=LEFT_OUT, message=message)
 
+    def ordered(self, item: Prose) -> bool:
+        """Tell whether a line that is left out has an order in it, which then is told of."""
+        said = [] if item.heads or _NO_STEPS.match(item.source) else _sentences(item.source)
+        return any(self.words.ordered(sentence) for _, sentence in said)
+
     def _unread(self, start: int, source: str, blocks: bool) -> Item:
         """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
         if not blocks:
@@ -306,7 +311,7 @@ class _Phrased(_Settling):
         self._prose = not self._plans and (2 * begun >= len(said) or shaped)
 
     def _listed(self, item: Prose) -> bool:
-        """Tell whether a line is an item of a list: marked, in a code block, or one of few words."""
+        """Tell whether a line is an item of a list: marked, in a code block, or of few words."""
         return item.marked or item.fenced or self._bare
 
     def _group(self, item: Prose) -> int:
@@ -354,6 +359,8 @@ class _Phrased(_Settling):
             yield from self.steps(item.start, item.source, False, item.message, unknown=False)
         elif (self._plans and OPEN.fullmatch(item.source)) or (item.message and begins):
             yield from self.steps(item.start, item.source, False, item.message)
+        elif self._plans and self.ordered(item):
+            yield Item(item.start, item.source, code=LEFT_OUT)
 
 
 class _Mixed(_Settling):
@@ -418,6 +425,8 @@ class _Mixed(_Settling):
             yield from self.steps(item.start, item.source, False)
         elif item.marked and not headed and begins:
             yield from self._outlined(item)
+        elif not headed and self.ordered(item):
+            yield Item(item.start, item.source, code=LEFT_OUT)
 
     def _nearest(self, n: int, item: Prose, step: int) -> Call | None:
         """Return the call before or behind a line that no blank line parts from it, if any."""
