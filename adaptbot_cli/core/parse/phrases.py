@@ -83,7 +83,8 @@ _INVERTED = (
 _LABEL = re.compile(
     r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
-    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!(?<=[a-z]-)\w)[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
+    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!(?<=[a-z]-)\w)[\s*_]*"
+    r"|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
     re.IGNORECASE,
 )
 _SUBJECT = re.compile(
