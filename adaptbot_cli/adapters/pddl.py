@@ -119,7 +119,7 @@ class _Pack:
             if many is not None:
                 first, *rest = (parameter.name for parameter in many.signature)
                 cure = (
-                    f"Give {many.name} a type of its own whose things are what is in that relation, "
+                    f"Give {many.name} a type of its own, whose things are what is so related, "
                     f"with a predicate of two things for each part: ({many.name}-{first} ?it "
                     f"?{first}), ({many.name}-{rest[0]} ?it ?{rest[0]}) and so on."
                 )

@@ -8,7 +8,7 @@ from typing import Any
 
 import pyoxigraph
 from rdflib import RDF, RDFS, URIRef, Variable
-from rdflib.term import Identifier, Node
+from rdflib.term import Node
 
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, Line
@@ -38,7 +38,7 @@ MOST_VALUES = 5
 
 Bindings = Mapping[str, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]
-Asked = tuple[int, str, tuple[tuple[str, Identifier], ...]]
+Asked = tuple[int, str, tuple[tuple[str, Node], ...]]
 """A query of the graph in one of its states, with what its variables are bound to. Bindings that a
 query has no variable for are left out: they are an error to the engine."""
 
@@ -219,6 +219,11 @@ class Kg:
         return tuple(found)
 
     @property
+    def state(self) -> int:
+        """The number of the state that holds now, while effects are tried."""
+        return self._line.state
+
+    @property
     def index(self) -> ActionIndex:
         """The domain's actions by what their effects change."""
         if self._index is None:
@@ -235,7 +240,7 @@ class Kg:
 
     def _asked(self, query: str, bindings: Bindings) -> Asked:
         names = variables(query)
-        given = ((n, v) for n, v in bindings.items() if n in names and isinstance(v, Identifier))
+        given = ((n, v) for n, v in bindings.items() if n in names and isinstance(v, str))
         return self._line.state, query, tuple(given)
 
     def value(self, subject: Node, predicate: Node) -> Node | None:

@@ -70,6 +70,14 @@ class Named:
 
 def item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     """Return the item that a name means where one of `classes` is wanted."""
+    key = (name, tuple(classes))
+    if key not in scene.meant:
+        scene.meant[key] = _item(name, classes, scene)
+    named: Named = scene.meant[key]
+    return named
+
+
+def _item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     for remedy in (
         _known,
         _spelled,

@@ -1,5 +1,6 @@
 """The small vocabulary in which a domain pack tells the tool about its data."""
 
+from collections.abc import Hashable
 from functools import lru_cache
 from typing import Any
 
@@ -48,7 +49,8 @@ def local(node: Node) -> str:
     return text.rsplit("#", 1)[-1].rsplit("/", 1)[-1].rsplit(":", 1)[-1] or text
 
 
-def node_of(term: object) -> Node:
+@lru_cache(maxsize=65536)
+def node_of(term: Hashable) -> Node:
     """Return a term of the engine's parser as rdflib's. Raises ValueError: there is none."""
     if isinstance(term, pyoxigraph.NamedNode):
         return URIRef(term.value)

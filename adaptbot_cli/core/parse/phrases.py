@@ -8,6 +8,7 @@ none keeps its place, and what a noun is, is for the checks to find out.
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.english import NUMBERS, PRONOUNS, count_of
@@ -154,25 +155,28 @@ class Vocabulary:
     verbs: Mapping[str, Sequence[Verb]] = field(default_factory=dict)
     names: frozenset[str] = frozenset()
     is_thing: Callable[[str], object] = _nothing
+    called: Mapping[str, Action] = field(default_factory=dict)
 
     @classmethod
     def of(cls, kg: Kg) -> "Vocabulary":
         """Return the words of a home: names of its actions, taught ones too, and of its things."""
         verbs: dict[str, list[Verb]] = {}
         names: set[str] = set()
+        called: dict[str, Action] = {}
         for action in kg.domain.actions.values():
             own = (*action.names, action.verb, action.family, *kg.aliases(action.iri))
             for name in dict.fromkeys(normal(name) for name in own if name):
                 first, *rest = name.split("_")
                 joined = name.replace("_", "")
                 names |= {name, joined}
+                called.setdefault(name, action)
                 verbs.setdefault(first, []).append(Verb(name, tuple(rest), action))
                 if rest:
                     verbs.setdefault(joined, []).append(Verb(name, (), action))
         longest = {
             first: sorted(found, key=lambda v: -len(v.rest)) for first, found in verbs.items()
         }
-        return cls(longest, frozenset(names), kg.find)
+        return cls(longest, frozenset(names), kg.find, called)
 
     def knows(self, name: str) -> bool:
         """Tell whether a name is an action's."""
@@ -255,11 +259,13 @@ class Vocabulary:
             found[-1] = replace(found[-1], left_out=told)
         return found
 
+    def meaning(self, action: str) -> str:
+        """Return what an action's name comes to, the same for all of its names."""
+        found = self.called.get(action.lower())
+        return (found.family or found.name) if found else action
+
     def _done(self, clauses: Sequence[Clause]) -> set[str]:
-        """What clauses do, whatever they call it: the families of their actions."""
-        names = {call.action for clause in clauses for call in clause.calls}
-        verbs = (verb for found in self.verbs.values() for verb in found)
-        return {verb.action.family or verb.action.name for verb in verbs if verb.name in names}
+        return {self.meaning(call.action) for clause in clauses for call in clause.calls}
 
     def _read(self, phrase: str, unknown: bool, objects: Named) -> list[Clause]:
         phrase = _stripped(phrase)
@@ -330,8 +336,9 @@ class _Token:
         return self.word.replace("-", "").replace("_", "").isalpha()
 
 
-def _tokens(phrase: str) -> list[_Token]:
-    found = []
+@lru_cache(maxsize=1024)  # a line is looked at for a verb, for an order, and as steps
+def _tokens(phrase: str) -> Sequence[_Token]:
+    found: list[_Token] = []
     for match in _TOKEN.finditer(phrase):
         quoted = (match[1] or match[2] or "").strip()
         if quoted and re.fullmatch(r"[\w\s'’-]+", quoted):
@@ -353,6 +360,7 @@ def label_end(phrase: str) -> int:
     return label.end() if label else 0
 
 
+@lru_cache(maxsize=1024)
 def _stripped(phrase: str) -> str:
     """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
     phrase = phrase[label_end(phrase) :]

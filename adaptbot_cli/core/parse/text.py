@@ -372,25 +372,13 @@ class _Mixed(_Settling):
         self._where = read.where
         self._lists = {(w.group, w.indent) for n in calls if (w := self._of(n)) and w.marked}
         self._calls = [call for n in calls if (call := read.items[n].call)]
-        self._done = {self._meaning(call) for call in self._calls}
+        self._done = {self.words.meaning(call.action) for call in self._calls}
         self._named = {_name(arg) for call in self._calls for arg in call.args}
         self._sizes = Counter(i.group for i in read.items if isinstance(i, Prose) and i.marked)
 
     def _of(self, n: int) -> Prose | None:
         item = self._items[n]
         return item if isinstance(item, Prose) else self._where.get(item.start)
-
-    def _meaning(self, call: Call | None) -> str:
-        """Return what an action's name comes to, the same for all of its names."""
-        if call is None:
-            return ""
-        found = [
-            v.action
-            for vs in self.words.verbs.values()
-            for v in vs
-            if v.name == call.action.lower()
-        ]
-        return (found[0].family or found[0].name) if found else call.action
 
     def _beside(self, n: int, step: int) -> int:
         """Return the nearest item before or behind that says something, -1 if there is none."""
@@ -452,7 +440,9 @@ class _Mixed(_Settling):
         ]
         for beside in (before, behind):
             for call in said:
-                if beside is not None and self._meaning(call) == self._meaning(beside):
+                if beside is not None and self.words.meaning(call.action) == self.words.meaning(
+                    beside.action
+                ):
                     args = {_name(arg) for arg in beside.args}
                     if not call.args or _name(call.args[0]) in args:
                         return True
@@ -466,7 +456,7 @@ class _Mixed(_Settling):
         said = [
             c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
         ]
-        if said and all(self._meaning(call) in self._done for call in said):
+        if said and all(self.words.meaning(call.action) in self._done for call in said):
             return
         named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
         fuller = self._sizes[item.group] < len(self._calls) and named <= self._named
