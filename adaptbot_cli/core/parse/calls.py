@@ -146,6 +146,12 @@ def read_args(text: str, pos: int) -> Reading:
     return Reading((), pos, quoted, "it has hundreds of arguments")
 
 
+def line_end(text: str, pos: int) -> int:
+    """Return where the line of an offset ends."""
+    end = text.find("\n", pos)
+    return len(text) if end < 0 else end
+
+
 def swallow(text: str, pos: int) -> int:
     """Find where a call that cannot be read ends: behind its parenthesis, or with the line."""
     depth = 1

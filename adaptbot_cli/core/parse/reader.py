@@ -18,6 +18,7 @@ from adaptbot_cli.core.parse.calls import (
     conditional,
     fault,
     is_call,
+    line_end,
     negated,
     negation,
     read_args,
@@ -156,7 +157,7 @@ class _Reader:
         """Read every line; each is at most read once by each form."""
         pos = 0
         while pos < len(self._text):
-            end = self._line_end(pos)
+            end = line_end(self._text, pos)
             if end == pos or self._text[pos:end].isspace():
                 self._blank = True
                 self._run += 1
@@ -177,11 +178,11 @@ class _Reader:
         self._place(start, end, indent)
         after = self._read_value(start, end)
         if after:
-            while after < self._line_end(after) and (
-                more := self._read_value(after, self._line_end(after))
+            while after < line_end(self._text, after) and (
+                more := self._read_value(after, line_end(self._text, after))
             ):
                 after = more
-            return self._scan(after, self._line_end(after), "") + 1
+            return self._scan(after, line_end(self._text, after), "") + 1
         line = self._text[start : min(end, start + _LONG)].lstrip()
         if line.startswith(("#", "//", '"""', "%", ";")):
             fenced = self._fenced or line.startswith((";", "%"))
@@ -285,7 +286,7 @@ class _Reader:
         statement = read_statement(self._text, content, end, max(after, value), self._fenced)
         if statement is not None:
             self._open[-1].body.append(statement)
-            after = self._line_end(max(after, end))
+            after = line_end(self._text, max(after, end))
         else:
             after = self._read_calls(start, content, end)
         if lone is not None:
@@ -365,7 +366,7 @@ class _Reader:
                 condition = other or condition
                 condition = trailing_condition(self._text, reading) or condition
                 pos = self._take(*named, reading, condition, against)
-                end = end if pos <= end else self._line_end(pos)
+                end = end if pos <= end else line_end(self._text, pos)
                 anchor = pos
 
     def _read_tail(self, start: int, end: int) -> None:
@@ -386,7 +387,7 @@ class _Reader:
         """Note a call or what is wrong with it; returns the offset behind it."""
         if reading.error and (name != "print" or reading.error == NESTED):
             unclosed = reading.error == UNCLOSED_QUOTE
-            end = self._line_end(reading.end) if unclosed else swallow(self._text, reading.end)
+            end = (line_end if unclosed else swallow)(self._text, reading.end)
             self._fault(start, self._text[start:end].rstrip(), reading.error)
             return end
         source = self._text[start : reading.end]
@@ -427,10 +428,6 @@ class _Reader:
         """Note that text stands before the next call, and whether it announces a recap."""
         strength = heading_strength(self._text[start : min(end, start + _LONG)])
         self._open[-1].body.append(Item(start, "", code=GAP, time=strength))
-
-    def _line_end(self, pos: int) -> int:
-        end = self._text.find("\n", pos)
-        return len(self._text) if end < 0 else end
 
 
 _TIME = re.compile(

@@ -7,7 +7,7 @@ import html
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol
+from typing import Literal
 
 from adaptbot_cli.core.english import count_of
 from adaptbot_cli.core.parse.calls import (
@@ -16,11 +16,13 @@ from adaptbot_cli.core.parse.calls import (
     conditional,
     fault,
     kept,
+    line_end,
     read_args,
     shown,
     unescape,
 )
 from adaptbot_cli.core.parse.code import PROSE
+from adaptbot_cli.core.parse.phrases import Vocabulary
 from adaptbot_cli.core.plan import keyworded
 
 Kind = Literal["string", "word", "list", "map"]
@@ -69,26 +71,6 @@ _REMARKS = {
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true", "-", "–", "—", "n/a"}
 _NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
-
-
-class Words(Protocol):
-    """What the structures need to know of a domain's words."""
-
-    def knows(self, name: str) -> bool:
-        """Tell whether a name is an action's."""
-        ...
-
-    def begins(self, phrase: str) -> bool:
-        """Tell whether a phrase begins with an action's verb."""
-        ...
-
-    def ordered(self, phrase: str) -> bool:
-        """Tell whether a phrase looks like an order with a verb that is no action's."""
-        ...
-
-    def proper(self, name: str) -> str:
-        """Return the action's name that is spelt without its separators, such as switchon."""
-        ...
 
 
 @dataclass(slots=True)
@@ -179,7 +161,7 @@ def _take(stack: list[_Frame], match: re.Match[str]) -> bool:
 class Structures:
     """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
 
-    def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Words) -> None:
+    def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Vocabulary) -> None:
         self._scripted = self._listed = False
         self._text = text
         self._read = read
@@ -462,14 +444,10 @@ class Structures:
         self._listed = True
         return (items, after) if items else None
 
-    def _line_end(self, pos: int) -> int:
-        end = self._text.find("\n", pos)
-        return len(self._text) if end < 0 else end
-
     def _more_fields(self, node: Node, column: int, end: int) -> int:
         """Add the fields in the lines below that stand in the same column; returns their end."""
         while end < len(self._text):
-            start, stop = end + 1, self._line_end(end + 1)
+            start, stop = end + 1, line_end(self._text, end + 1)
             match = _FIELD.match(self._text, start, stop)
             if match is None or match[1].strip(" >*_\"'") or match.start(2) - start != column:
                 break
@@ -488,13 +466,13 @@ class Structures:
         if said[:1] in ("[", "{"):
             node, after = read_literal(self._text, opening)
             if node.end >= 0:
-                return node, self._line_end(after)
+                return node, line_end(self._text, after)
         if said:
             plain = said.partition(" #")[0].strip("`*\"' ")
             return Node("string", opening, end, plain), end
         node = Node("map", pos, end)
         while end < len(self._text):
-            start, stop = end + 1, self._line_end(end + 1)
+            start, stop = end + 1, line_end(self._text, end + 1)
             match = _DEEPER.match(self._text, start, stop)
             if match is None or match.start(2) - start <= column:
                 break
@@ -512,7 +490,8 @@ class Structures:
         if rule is None or start < self._no_table_before or text[start:end].count("|") < 2:
             return None
         keys = [_key(cell) for cell, _ in _cells(text, start, end)]
-        first = [cell for cell, _ in _cells(text, rule.end() + 1, self._line_end(rule.end() + 1))]
+        below = rule.end() + 1
+        first = [cell for cell, _ in _cells(text, below, line_end(text, below))]
         at = next((n for n, key in enumerate(keys) if key in _NAMED), -1)
         at = at if at >= 0 else next((n for n, c in enumerate(first) if self._words.begins(c)), -1)
         at = at if at >= 0 else next((n for n, key in enumerate(keys) if key in _LEADING), -1)
@@ -521,7 +500,7 @@ class Structures:
         items: list[Item] = []
         end = rule.end()
         while text[end + 1 : end + 2] == "|" or _ROW.match(text, end + 1):
-            start, end = end + 1, self._line_end(end + 1)
+            start, end = end + 1, line_end(self._text, end + 1)
             cells = _cells(text, start, end)
             if len(cells) <= at:
                 break
@@ -648,11 +627,8 @@ def _leaves(body: str) -> list[tuple[str, str]]:
 def _args(key: str, value: str) -> Args:
     if key.lower() not in _ARGS:
         return [(key, value)]
-    if value.startswith(("{", "[")):
-        node, _ = read_literal(value, 0)
-        return flattened(node) or []
-    reading = read_args(f"{value})", 0)
-    return list(reading.named()) if not reading.error else [("", value)]
+    found = flattened(Node("string", 0, text=value))
+    return [("", value)] if found is None else found
 
 
 def _rest_args(node: Node, name: Node) -> Args | None:
