@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from adaptbot_cli.core.english import PRONOUNS
@@ -169,10 +169,12 @@ def _discarded(text: str, why: str, words: Vocabulary) -> list[Finding]:
 
 def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
     """Yield what was read with each line of prose as a step in words, a finding, or nothing."""
-    items = read.items
+    items = [item for item in read.items if item.code != GAP]
     calls = [n for n, item in enumerate(items) if item.call is not None]
-    settle = _Mixed(read, words, calls) if calls else _Phrased(items, words)
-    for n, item in enumerate(items):
+    settle = _Mixed(items, read.where, words, calls) if calls else _Phrased(items, words)
+    n = -1
+    for item in read.items:
+        n += item.code != GAP
         if isinstance(item, Prose):
             yield from settle.line(n, item)
         elif item.code == PROSE:
@@ -329,9 +331,6 @@ class _Phrased(_Settling):
     def _heads(self, n: int, item: Prose) -> bool:
         """Tell whether an item of a list has items of its own, or announces something."""
         below = self._items[n + 1] if n + 1 < len(self._items) else None
-        while below is not None and below.code == GAP:
-            n += 1
-            below = self._items[n + 1] if n + 1 < len(self._items) else None
         deeper = (
             isinstance(below, Prose)
             and below.marked
@@ -351,13 +350,12 @@ class _Phrased(_Settling):
         if not self.words.names or n in self._aside or (self._heads(n, item) and len(inline) < 2):
             return
         begins = any(self.words.begins(s) for _, s in _sentences(item.source))
-        if steps or (len(inline) > 1 and begins):
-            yield from self.steps(item.start, item.source, True, item.message)
-        elif self._prose:
-            yield from self.steps(item.start, item.source, False, item.message)
+        steps = steps or (len(inline) > 1 and begins)
+        if steps or self._prose or (self._plans and OPEN.fullmatch(item.source)):
+            yield from self.steps(item.start, item.source, steps, item.message)
         elif (begins or is_negated(item.source)) and self._plans and not item.heads:
             yield from self.steps(item.start, item.source, False, item.message, unknown=False)
-        elif (self._plans and OPEN.fullmatch(item.source)) or (item.message and begins):
+        elif item.message and begins:
             yield from self.steps(item.start, item.source, False, item.message)
         elif self._plans and self.ordered(item):
             yield Item(item.start, item.source, code=LEFT_OUT)
@@ -366,26 +364,25 @@ class _Phrased(_Settling):
 class _Mixed(_Settling):
     """Settles the lines of a text that holds calls: a step beside them, or what describes them."""
 
-    def __init__(self, read: ReadText, words: Vocabulary, calls: Sequence[int]) -> None:
+    def __init__(
+        self,
+        items: Sequence[Item],
+        where: Mapping[int, Prose],
+        words: Vocabulary,
+        calls: Sequence[int],
+    ) -> None:
         super().__init__(words)
-        self._items = read.items
-        self._where = read.where
+        self._items, self._where = items, where
         self._lists = {(w.group, w.indent) for n in calls if (w := self._of(n)) and w.marked}
-        self._calls = [call for n in calls if (call := read.items[n].call)]
+        self._calls = [call for n in calls if (call := items[n].call)]
         self._done = {self.words.meaning(call.action) for call in self._calls}
         self._named = {_name(arg) for call in self._calls for arg in call.args}
-        self._sizes = Counter(i.group for i in read.items if isinstance(i, Prose) and i.marked)
+        self._sizes = Counter(i.group for i in items if isinstance(i, Prose) and i.marked)
 
     def _of(self, n: int) -> Prose | None:
-        item = self._items[n]
-        return item if isinstance(item, Prose) else self._where.get(item.start)
-
-    def _beside(self, n: int, step: int) -> int:
-        """Return the nearest item before or behind that says something, -1 if there is none."""
-        n += step
-        while 0 <= n < len(self._items) and (self._items[n].code == GAP):
-            n += step
-        return n if 0 <= n < len(self._items) else -1
+        """Return the line of an item, None if there is no such item."""
+        item = self._items[n] if 0 <= n < len(self._items) else None
+        return item if item is None or isinstance(item, Prose) else self._where.get(item.start)
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
         before, behind = self._nearest(n, item, -1), self._nearest(n, item, 1)
@@ -395,67 +392,62 @@ class _Mixed(_Settling):
             or (self.words.itemised(s) if sibling else ARROW.search(s) and self.words.shaped(s))
             for _, s in _sentences(item.source)
         )
+        near = [call for call in (before, behind) if call]
         headed = item.heads or self._has_body(n, item)
-        if not headed and (sibling or ((before or behind) and begins and not item.fenced)):
-            if begins and self._describes(item, before, behind):
-                if before and behind:
-                    yield Item(item.start, item.source, code=LEFT_OUT)
-            elif begins or OPEN.fullmatch(item.source) or is_negated(item.source):
-                yield from self.steps(item.start, item.source, begins, item.message)
-            elif not CLOSED.fullmatch(item.source):
-                yield Item(item.start, item.source, code=LEFT_OUT)
-        elif before and behind and not headed and not item.fenced:
-            if OPEN.fullmatch(item.source):
-                yield from self.steps(item.start, item.source, False)
-            else:
-                yield Item(item.start, item.source, code=LEFT_OUT)
-        elif (before or behind) and OPEN.fullmatch(item.source):
-            yield from self.steps(item.start, item.source, False)
-        elif item.marked and not headed and begins:
+        among = not headed and (sibling or (near and begins and not item.fenced))
+        left_out = Item(item.start, item.source, code=LEFT_OUT)
+        if near and OPEN.fullmatch(item.source):
+            yield from self.steps(item.start, item.source, False, item.message)
+        elif among and begins and self._describes(item, near):
+            yield from [left_out] * (len(near) > 1)
+        elif among and (begins or is_negated(item.source) or OPEN.fullmatch(item.source)):
+            yield from self.steps(item.start, item.source, begins, item.message)
+        elif headed or CLOSED.fullmatch(item.source):
+            return
+        elif among or (len(near) > 1 and not item.fenced):
+            yield left_out
+        elif item.marked and begins:
             yield from self._outlined(item)
-        elif not headed and self.ordered(item):
-            yield Item(item.start, item.source, code=LEFT_OUT)
+        elif self.ordered(item):
+            yield left_out
 
     def _nearest(self, n: int, item: Prose, step: int) -> Call | None:
         """Return the call before or behind a line that no blank line parts from it, if any."""
-        m = self._beside(n, step)
-        while m >= 0 and isinstance(self._items[m], Prose) and self._of(m).run == item.run:  # type: ignore[union-attr]
-            m = self._beside(m, step)
-        where = self._of(m) if m >= 0 else None
-        return self._items[m].call if where is not None and where.run == item.run else None
+        n += step
+        while (where := self._of(n)) is not None and where.run == item.run:
+            if not isinstance(self._items[n], Prose):
+                return self._items[n].call
+            n += step
+        return None
 
     def _has_body(self, n: int, item: Prose) -> bool:
         """Tell whether what stands right below a line belongs to it: deeper, or its calls."""
-        m = self._beside(n, 1)
-        where = self._of(m) if m >= 0 else None
+        where = self._of(n + 1)
         if where is None or not item.marked:
             return where is not None and where.indent > item.indent and where.run == item.run
         deeper = where.indent > item.indent
-        return deeper or (not where.marked and not isinstance(self._items[m], Prose))
+        return deeper or (not where.marked and not isinstance(self._items[n + 1], Prose))
 
-    def _describes(self, item: Prose, before: Call | None, behind: Call | None) -> bool:
-        """Tell whether a line only says in words what the call beside it does."""
-        said = [
-            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
-        ]
-        for beside in (before, behind):
-            for call in said:
-                if beside is not None and self.words.meaning(call.action) == self.words.meaning(
-                    beside.action
-                ):
-                    args = {_name(arg) for arg in beside.args}
-                    if not call.args or _name(call.args[0]) in args:
-                        return True
-        return False
+    def _said(self, item: Prose) -> list[Call]:
+        clauses = self.words.read(item.source, False, self.objects)
+        return [call for clause in clauses for call in clause.calls]
+
+    def _describes(self, item: Prose, near: Sequence[Call]) -> bool:
+        """Tell whether a line only says in words what a call beside it does."""
+        meaning = self.words.meaning
+        return any(
+            meaning(call.action) == meaning(beside.action)
+            and (not call.args or _name(call.args[0]) in map(_name, beside.args))
+            for beside in near
+            for call in self._said(item)
+        )
 
     def _outlined(self, item: Prose) -> Iterator[Item]:
         """Tell of an item of a list apart from the calls, unless a call does what it says.
 
         It blocks unless the calls are the fuller account, of all the things that it names.
         """
-        said = [
-            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
-        ]
+        said = self._said(item)
         if said and all(self.words.meaning(call.action) in self._done for call in said):
             return
         named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
