@@ -305,6 +305,11 @@ def _is_whole(text: str, anchor: int, named: tuple[int, str], paren: int) -> boo
     """Tell whether a word of Python is the name of a call: nothing else stands in its place."""
     if text[paren - 1].isspace() or not _leads(text, anchor, named[0]):
         return False
+    return ends_line(text, paren)
+
+
+def ends_line(text: str, paren: int) -> bool:
+    """Tell whether a call whose parenthesis opens here is the last that its line says."""
     reading = read_args(text, paren + 1)
     return not reading.error and bool(_LINE_END.match(text, reading.end))
 

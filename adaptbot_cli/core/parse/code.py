@@ -15,9 +15,10 @@ from adaptbot_cli.core.parse.calls import (
     WRAPPERS,
     Item,
     conditional,
+    ends_line,
     fault,
-    read_args,
     shown,
+    swallow,
 )
 from adaptbot_cli.core.plan import Call, keyworded
 
@@ -71,7 +72,6 @@ _LOOP = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", 
 _THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
 _SENTENCE_END = re.compile(r"[.!?]\s+(?=[A-Z`])")
-_CALL_ALONE = re.compile(r"[\s;,.`]*(?:(?:#|//).*)?\Z")
 _ENGLISH = ("unless", "otherwise", "repeat")
 _BRANCHES = ("if", "elif", "else", "unless", "otherwise")
 
@@ -140,7 +140,7 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
         block.often = True
         return Header(block, body, end, opens=not text[body:end].strip(" {*_`\t"))
     word = _WORD.match(text, start, end)
-    if word is None or _is_call(text, word.end(), end):
+    if word is None or (text[word.end() : word.end() + 1] == "(" and ends_line(text, word.end())):
         return None
     loop = _FOR.match(text, start, end)
     if loop is not None:
@@ -148,14 +148,6 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
         block.name, block.over = loop["to"] or loop["js"], loop["of"] or loop["list"]
         return Header(block, loop.end(), end, opens=True)
     return _condition(text, word, end, indent, fenced)
-
-
-def _is_call(text: str, start: int, end: int) -> bool:
-    """Tell whether a word of Python is a call's name: `for("egg")`, and nothing behind it."""
-    if text[start : start + 1] != "(":
-        return False
-    reading = read_args(text, start + 1)
-    return not reading.error and bool(_CALL_ALONE.match(text, reading.end, max(end, reading.end)))
 
 
 def _condition(
@@ -195,7 +187,7 @@ def _body(text: str, word: re.Match[str], end: int, colon: int, comma: int) -> i
     if word[1].lower() in ("else", "try", "finally"):
         return word.end()
     if text[word.end() : end].lstrip().startswith("("):
-        return _closing(text, word.end(), end)
+        return swallow(text, text.index("(", word.end()) + 1)
     if comma >= 0:
         return comma + 1
     return end if text.find("(", word.end(), end) < 0 else word.end()
@@ -216,17 +208,6 @@ def _separators(text: str, start: int, end: int) -> tuple[int, int]:
         elif depth == 0 and char == ":":
             return mark.start(), comma
     return -1, comma
-
-
-def _closing(text: str, start: int, end: int) -> int:
-    """Find the end of the parenthesis that opens first: the condition of `if (dirty) clean()`."""
-    depth = 0
-    for mark in _MARKS.finditer(text, start, end):
-        if mark[0] in "()":
-            depth += 1 if mark[0] == "(" else -1
-            if depth == 0:
-                return mark.end()
-    return end
 
 
 def read_statement(text: str, start: int, end: int, after: int, fenced: bool) -> Item | None:

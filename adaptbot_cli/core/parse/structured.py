@@ -32,6 +32,8 @@ _DEPTH = 40
 _TOKENS = 50_000
 _LONGEST = 4_000
 _LOOKED_AT = 50
+_FEW = 2
+"""How many spaces make a text more than an argument."""
 
 _TOKEN = re.compile(
     r"(?:\s++|//[^\n]*+|\#[^\n]*+)*(?:"
@@ -177,7 +179,7 @@ class Structures:
         named = _BEFORE_MAP.search(self._text, max(0, pos - _LOOKED_AT), pos)
         if named and node.kind == "map" and node.end >= 0 and self._is_action(named[1]):
             return list(self._called(named[1], node, node)), end
-        if self._text[pos] == "(" and (node.end < 0 or not self._is_tuple(node)):
+        if self._text[pos] == "(" and (node.end < 0 or not self._naming(node)):
             return [], pos + 1
         items = list(self._steps(node, planned=False))
         if node.end < 0 and items and not items[-1].code:
@@ -205,25 +207,26 @@ class Structures:
 
     def _once(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a value. In a list of steps, whatever is none is told of."""
-        if self._is_tuple(node):
-            yield from self._tuple(node)
-            return
-        if node.kind == "map":
-            yield from self._map_steps(node, planned)
-            return
-        if node.kind != "list":
+        if node.kind in ("string", "word"):
             yield from self._string(node) if planned else ()
-            return
+        elif self._is_step(node):
+            yield from self._step(node)
+        elif named := self._naming(node):
+            yield from self._called(*named, node)
+        elif node.kind == "map":
+            yield from self._map_steps(node, planned)
+        else:
+            yield from self._list_steps(node, planned)
+
+    def _list_steps(self, node: Node, planned: bool) -> Iterator[Item]:
         heads = node.items[:_LOOKED_AT]
-        planned = planned or any(self._is_step(item) or self._is_tuple(item) for item in heads)
-        called = planned or all(self._is_called(item) for item in heads)
-        tupled = any(map(self._is_tuple, heads))
+        rows = any(item.kind == "list" and self._naming(item) for item in heads)
+        planned = planned or rows or any(map(self._is_step, heads))
+        maps = planned or all(i.kind == "map" and self._naming(i, among=True) for i in heads)
         for item in node.items:
-            if tupled and _is_row(item):
-                yield from self._tuple(item)
-                continue
-            if called and not self._is_step(item) and self._is_called(item):
-                yield from self._called(item.keys[0], item.items[0], item)
+            named = self._naming(item, among=rows if item.kind == "list" else maps)
+            if named and not self._is_step(item):
+                yield from self._called(*named, item)
                 continue
             found = list(self._steps(item, planned))
             yield from found
@@ -232,17 +235,7 @@ class Structures:
             elif not found and planned and (item.kind != "list" or item.items):
                 yield self._unread(item, "this is not a step")
 
-    def _tuple(self, node: Node) -> Iterator[Item]:
-        rest = Node("list", node.start, node.end, items=node.items[1:])
-        yield from self._called(node.items[0].text, rest, node)
-
     def _map_steps(self, node: Node, planned: bool) -> Iterator[Item]:
-        if self._is_step(node):
-            yield from self._step(node)
-            return
-        if self._is_called(node) and self._is_action(node.keys[0]):
-            yield from self._called(node.keys[0], node.items[0], node)
-            return
         told = [value for key, value in node.entries() if planned and key in _DESCRIBED]
         said = next((value for value in told if self._words.begins(value.text)), None)
         if said is not None:
@@ -274,23 +267,30 @@ class Structures:
     def _is_action(self, name: str) -> bool:
         return bool(_SHAPED.fullmatch(name)) or self._words.knows(name)
 
-    def _is_tuple(self, node: Node) -> bool:
-        """Tell whether a list is an action's name with its arguments: `("move", ["fridge"])`."""
-        if node.kind != "list" or node.end < 0 or not node.items:
-            return False
-        if node.items[0].text.isdigit():  # the number of the step
-            del node.items[0]
-        if not node.items or node.items[0].kind != "string":
-            return False
-        name, rest = (
-            node.items[0].text,
-            [i for item in node.items[1:] for i in item.items or [item]],
-        )
-        plain = (rest or self._words.knows(name)) and all(
-            item.kind != "map" and "(" not in item.text for item in rest
-        )
-        named = self._words.knows(name) or self._is_action(name)
-        return bool(plain and named) and not any(self._words.knows(item.text) for item in rest)
+    def _naming(self, node: Node, among: bool = False) -> tuple[str, Node] | None:
+        """Return the action and the arguments of a value that is no more than these, if it is.
+
+        `("move", ["fridge"])`, `[1, "move", "fridge"]` and `{"move": {"place": "fridge"}}` are;
+        `among` others of the kind a name need not look like an action's.
+        """
+        if node.end < 0 or not node.items:
+            return None
+        if node.kind == "list":
+            first, *rest = node.items[node.items[0].text.isdigit() :] or node.items
+            name, value = first.text, Node("list", node.start, node.end, items=rest)
+            flat = [inner for item in rest for inner in item.items or [item]]
+            known = self._is_action(name) and (bool(flat) or self._words.knows(name))
+            plain = all(i.kind != "map" and "(" not in i.text for i in flat) and not any(
+                self._words.knows(item.text) for item in flat
+            )
+            fits = (known and plain) if first.kind == "string" else False
+            return (name, value) if fits or (among and _KEYWORD.fullmatch(name)) else None
+        name, value = node.keys[0], node.items[0]
+        plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
+        if len(node.keys) > 1 or name.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(name):
+            return None
+        fits = self._is_action(name) or (among and value.text.count(" ") < _FEW)
+        return (name, value) if plain and fits else None
 
     def _is_step(self, node: Node) -> bool:
         if node.kind == "string":
@@ -304,16 +304,6 @@ class Structures:
             return self._is_step(name) or name.get(*_NAMED, *_NAMED_WITH_ARGS) is not None
         named = node.get(*_NAMED) is not None or node.get(*_ARGS) is not None
         return name.kind in ("string", "word") and (named or "(" in name.text)
-
-    def _is_called(self, node: Node, listed: bool = False) -> bool:
-        """Tell whether a map is an action's name with its arguments: `{"wait": {"t": 5}}`."""
-        if node.kind != "map" or node.end < 0 or len(node.keys) != 1 or not node.items:
-            return False
-        key, value = node.keys[0], node.items[0]
-        plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
-        if key.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(key) or not plain:
-            return False
-        return value.kind in ("list", "map") or listed or self._is_action(key)
 
     def _called(self, action: str, value: Node, node: Node) -> Iterator[Item]:
         args = flattened(value)
@@ -406,37 +396,34 @@ class Structures:
         match = _FIELD.match(text, start, end)
         if match is None:
             return None
-        key, value = _key(match[2]), match[3].strip().strip("`*")
+        key, value = _key(match[2]), match[3].strip().strip("`*'\"")
         listed = bool(match[1].strip())
         bracketed = _BRACKETED.fullmatch(value)
         whole, after = Node("map", match.start(2), end, keys=[], items=[]), end
         if key in _LEADING and bracketed:
             call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
-        named = key in _LEADING or (
-            key == "name" and (self._is_action(value) or (listed and self._listed))
-        )
-        if named and _KEYWORD.fullmatch(value.strip("'\"")):
-            whole.keys, whole.items = (
-                ["action"],
-                [Node("string", match.start(3), end, value.strip("'\""))],
-            )
-            column, own = match.start(2) - start, end
+        among, column = listed and self._listed, match.start(2) - start
+        known = among or self._is_action(value)
+        if (key in _LEADING or (key == "name" and known)) and _KEYWORD.fullmatch(value):
+            whole.keys = ["action"]
+            whole.items = [Node("string", match.start(3), end, value)]
             after = self._more_fields(whole, column, end)
-            known = self._is_action(whole.items[0].text)
-            if after == own and not known and not (listed and self._listed):
+            if after == end and not known:
                 return None
-        elif (listed or fenced) and key not in _NO_ACTIONS and (
-            self._is_action(match[2].strip()) or (listed and self._listed)
-        ):  # fmt: skip
-            whole.keys = [match[2].strip()]
-            inner, after = self._field_value(match.start(3), end, match.start(2) - start)
-            whole.items = [inner]
+        elif (
+            (listed or fenced)
+            and key not in _NO_ACTIONS
+            and (among or self._is_action(match[2].strip()))
+        ):
+            inner, after = self._field_value(match.start(3), end, column)
+            whole.keys, whole.items = [match[2].strip()], [inner]
             whole.end = after
-            if inner.text.count(" ") > 1 or not self._is_called(whole, listed=True):
+            calling = self._naming(whole, among=True)
+            if inner.text.count(" ") >= _FEW or not calling:
                 return None
             self._listed = True
-            return [*self._called(whole.keys[0], inner, whole)], after
+            return [*self._called(*calling, whole)], after
         else:
             return None
         whole.end = after
@@ -588,11 +575,6 @@ _PDDL = re.compile(
     r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?",
     re.IGNORECASE,
 )
-
-
-def _is_row(node: Node) -> bool:
-    """Tell whether a list is a name and what stands behind it, where others are steps."""
-    return bool(node.kind == "list" and node.items and _KEYWORD.fullmatch(node.items[0].text))
 
 
 def _step_of(atom: re.Match[str]) -> Item:
