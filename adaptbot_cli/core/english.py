@@ -159,7 +159,7 @@ NUMBERS = {
 
 def count_of(said: str) -> int:
     """Return how often "2", "twice" or "3 times" says that a thing is done, 0 if it says none."""
-    word, _, times = said.lower().strip(" \"'").partition(" ")
+    word, _, times = said.lower().replace(".", " ").strip(" \"'").partition(" ")
     if times.strip() not in ("", "x", "times"):
         return 0
     word = word.removesuffix("x")

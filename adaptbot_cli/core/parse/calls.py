@@ -257,7 +257,7 @@ _TRAILING_IF = re.compile(
 # What may stand before and behind a call that is no part of a sentence.
 _LABEL = (
     r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?"
-    r"(?:(?:then|and|next|first|finally|lastly|now|followed\s+by)\b[,:]?)?"
+    r"(?:(?:then|and|next|first|finally|lastly|now|followed\s+by|if|unless|while|else)\b[,:]?)?"
 )
 # 1. 1.2 a) (iv) [x] 1️⃣ and what else leads a list item.
 MARK = (
@@ -273,11 +273,12 @@ _BEFORE = re.compile(
 _NUMBERED = re.compile(r"[.:;,]\s+\(?1[.):]\s*\Z")
 _BEHIND = re.compile(
     r"[ \t`*_\"']*(?:\Z|\(?\d{1,3}[.)]\s|[^\W\d]\w*\(|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
-    r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
+    r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)",
+    re.IGNORECASE,
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 _COLON = re.compile(r"(?<!Error)(?<!Exception)[:：][ \t*_`]*\Z")
-_OTHERWISE = re.compile(r"[\s`*,;.]*(or[\s`*,]*|(?:else\s+)?(?:if|unless|while)\b.*)", re.DOTALL)
+_OTHERWISE = re.compile(r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)", re.I | re.S)
 _SENTENCE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)|\.\s+[A-Z]")
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")

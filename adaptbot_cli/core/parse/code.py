@@ -58,8 +58,9 @@ _WORD = re.compile(
     re.IGNORECASE,
 )
 _TIMES = re.compile(
-    r"(?:(?:repeat|loop|do|perform|for)\b[^\n:({\d]{0,40}?[\s(])?"
-    rf"((?:\d{{1,3}}|{'|'.join(NUMBERS)})\s*(?:times|x)|twice|thrice)\)?\s*(?:[:{{][\s*_]*|\Z)",
+    r"(?:(?:(?:repeat|loop|do|perform|for)\b[^\n:({\d]{0,40}?[\s(])?"
+    rf"((?:\d{{1,3}}|{'|'.join(NUMBERS)})\s*(?:\.?times|x)|twice|thrice)"
+    r"|(?:repeat|loop)\s*\(?(\d{1,3}))\)?\s*(?:[:{][\s*_]*|\bdo\b|\Z)",
     re.IGNORECASE,
 )
 """A head that says how often the steps below are done: "Repeat twice:", "do this 3 times {"."""
@@ -68,7 +69,9 @@ _KEYED = re.compile(
     r"[ ]+(\S[^\n]*)"
 )
 """A key of a structure that says how often, or when, the steps beside it are done."""
-_LOOP = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE)
+_LOOP = re.compile(
+    r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE
+)
 _THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
 _SENTENCE_END = re.compile(r"[.!?]\s+(?=[A-Z`])")
@@ -132,7 +135,7 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
     times = _TIMES.match(text, start, end)
     keyed = _KEYED.match(text, start, end)
     if times or keyed:
-        often = count_of(times[1] if times else keyed[1] if keyed else "")
+        often = count_of((times[1] or times[2]) if times else keyed[1] if keyed else "")
         body = times.end() if times else end
         # What stands beside a key is in its column, what stands below a sentence is deeper.
         indent = start - text.rfind("\n", 0, start) - 2 if keyed else indent
@@ -164,7 +167,7 @@ def _condition(
         return None
     # "While it boils:" is prose, and "repeat this until it is clean" rules no line below.
     code = fenced or match[1].islower() or word == "for"
-    braced = text[max(0, end - 20) : end].rstrip().endswith("{")
+    braced = "{" in text[match.end() : end] or text[match.end() : end].rstrip().endswith(" do")
     if word not in _BRANCHES and (not code or (colon < 0 and not braced)):
         return None
     comma = -1 if fenced else comma

@@ -57,7 +57,7 @@ _TOWARDS = frozenset({"to", "into", "onto"})
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
     rf"|((?:\d+|{'|'.join(NUMBERS)})[ ]times|twice|thrice)\b"
-    r"|(->|=>|>>|→|⇒)|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])",
+    r"|(->|=>|>>|→|⇒)|(\d+(?:[.,]\d+)?|[^\W\d](?:[\w'’]|-(?!>))*|[,;&])",
     re.IGNORECASE,
 )
 ARROW = re.compile(r"->|=>|>>|→|⇒")

@@ -540,7 +540,8 @@ class Structures:
 
 
 _IN_ORDER = re.compile(
-    r"(?:[\s():]|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*", re.IGNORECASE
+    r"(?:[\s():,;]|->|→|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*",
+    re.IGNORECASE,
 )
 """What may stand around steps that come one after the other."""
 

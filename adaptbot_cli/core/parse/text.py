@@ -1,6 +1,7 @@
 """The parser: normalise a text, cut off what is no answer, read each line, account for all."""
 
 import re
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -501,20 +502,13 @@ def _place(finding: Finding) -> tuple[int, int]:
 
 
 class _Places:
-    """Turns offsets into lines and columns. Going forwards, it looks at the text once."""
+    """Turns offsets into lines and columns."""
 
     def __init__(self, text: str) -> None:
-        self._text = text
-        self._at = 0
-        self._line = 1
-        self._line_start = 0
+        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
+        self._last = len(text)
 
     def of(self, offset: int) -> tuple[int, int]:
         """Return the line and column of an offset."""
-        offset = min(offset, len(self._text))
-        if offset < self._at:
-            self._at, self._line, self._line_start = 0, 1, 0
-        self._line += self._text.count("\n", self._at, offset)
-        self._line_start = self._text.rfind("\n", self._at, offset) + 1 or self._line_start
-        self._at = offset
-        return self._line, offset - self._line_start + 1
+        line = bisect_right(self._starts, min(offset, self._last))
+        return line, min(offset, self._last) - self._starts[line - 1] + 1
