@@ -46,7 +46,8 @@ _PHRASAL = {
     for words, word in (entry.split("=") for entry in _TABLE["phrase"])
 }
 _PARTICLES = _ADVERBS | _PREPOSITIONS
-_ENDS = frozenset({",", ";", "&", "and", "then", "finally", "lastly", "afterwards", "×"})
+_NEXT = frozenset({";", "then", "finally", "next", "afterwards", "lastly"})
+_ENDS = _NEXT - {"next"} | {",", "&", "and", "×"}
 _NO_VERBS = _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL | PRONOUNS | _PERSONS
 _OBJECTS = (_DETERMINERS - {"of"}) | {"it", "them"}
 """What an order is about begins so: "the egg", "them"."""
@@ -333,7 +334,7 @@ class _Token:
     @property
     def named(self) -> bool:
         """Whether it may be the name of an action, such as pick-up."""
-        return self.word.replace("-", "").replace("_", "").isalpha()
+        return not self.quoted and self.word.replace("-", "").replace("_", "").isalpha()
 
 
 @lru_cache(maxsize=1024)  # a line is looked at for a verb, for an order, and as steps
@@ -427,23 +428,16 @@ class _ClauseReader:
     def read(self, unknown: bool) -> Clause | None:
         first = self._tokens[self.at]
         verbs = self._words._verbs(first)
-        if not verbs and not (unknown and first.named and not first.quoted):
-            return None
-        if not verbs and first.word in _DETERMINERS | _PREPOSITIONS | _PERSONS | _IF | _TAIL:
-            return None
-        if not verbs and self._words.is_thing(first.word) and not self._ordered(self.at + 1):
-            return None  # "egg in the pan"
         self.at += 1
+        if not verbs:
+            behind = self._tokens[self.at].word if self.at < len(self._tokens) else ""
+            thing = behind not in _OBJECTS and self._words.is_thing(first.word)  # "egg in the pan"
+            if not unknown or not first.named or thing or first.word in _NO_VERBS | _IF:
+                return None
         verb = self._particles(verbs) if verbs else None
         glued = verb is not None and first.word == verb.name.replace("_", "") != verb.name
-        command = (
-            glued
-            or re.search(r"\w[_-]\w", first.word) is not None
-            or all(
-                token.written.isupper()
-                for token in self._tokens  # as planners print their plans
-            )
-        )
+        printed = all(token.written.isupper() for token in self._tokens)  # as planners do
+        command = glued or printed or re.search(r"\w[_-]\w", first.word)
         phrases = self._commanded() if command else self._phrases()
         if verbs and verb is None:
             verb = self._separated(verbs, phrases)
@@ -461,10 +455,6 @@ class _ClauseReader:
             self.objects,
             elided=not phrases and self._often == 1 and bool(not verb or verb.action.required),
         )
-
-    def _ordered(self, at: int) -> bool:
-        """Tell whether what stands at a token is what an order is about: "the egg", "it"."""
-        return at < len(self._tokens) and self._tokens[at].word in _OBJECTS
 
     def _particles(self, verbs: Sequence[Verb]) -> Verb | None:
         """Return the verb whose further words follow right here, if not that one alone."""
@@ -501,22 +491,11 @@ class _ClauseReader:
                         phrases[0][1].extend(again[1])  # "turn the lamp off and the radio off"
                         phrases.remove(again)
                     return verb
-                if (
-                    verb.rest == (mark,)
-                    and n + 1 == len(phrases)
-                    and len(phrases) > 1
-                    and len(verb.rest) == 1
-                ):
+                if verb.rest == (mark,) and n + 1 == len(phrases) > 1:
                     phrases[n] = (mark if verb.at(mark, True) else "", nps)
                     return verb
-        return next(
-            (
-                verb
-                for verb in verbs
-                if not verb.rest or (len(verb.rest) == 1 and verb.rest[0] not in _PARTICLES)
-            ),
-            None,
-        )
+        plain = (v for v in verbs if not v.rest[1:] and _PARTICLES.isdisjoint(v.rest))
+        return next(plain, None)
 
     def _commanded(self) -> list[tuple[str, list[str]]]:
         """Read the arguments behind a name such as pick_up: single words, or phrases."""
@@ -534,11 +513,7 @@ class _ClauseReader:
         while self.at < len(self._tokens):
             token = self._tokens[self.at]
             word = token.word if not token.quoted else ""
-            if (
-                word in _IF
-                or (word in _TAIL and nps + [n for _, ns in found for n in ns])
-                or word in _TAIL
-            ):
+            if word in _IF | _TAIL:
                 self._tail(word)
                 break
             if word == _TIMES:
@@ -548,14 +523,7 @@ class _ClauseReader:
             if word in _ENDS:
                 after = _skip(self._tokens, self.at)
                 joined = {t.word for t in self._tokens[self.at : after]}
-                if {
-                    ";",
-                    "then",
-                    "finally",
-                    "next",
-                    "afterwards",
-                    "lastly",
-                } & joined or self._words.starts_clause(self._tokens, after):
+                if joined & _NEXT or self._words.starts_clause(self._tokens, after):
                     break
                 if not nps and not found:
                     break
