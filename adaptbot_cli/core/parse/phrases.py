@@ -85,7 +85,7 @@ _INVERTED = (
 _LABEL = re.compile(
     r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
-    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!(?<=[a-z]-)\w)[\s*_]*"
+    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!>|(?<=[a-z]-)\w)[\s*_]*"
     r"|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
     re.IGNORECASE,
 )
@@ -385,7 +385,8 @@ def _stripped(phrase: str) -> str:
 def _parts(phrase: str) -> list[str]:
     """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
     parts = _ASIDE.sub(r"\1\n", phrase[label_end(phrase) :]).split("\n")
-    return [part for part in parts if _skip(_tokens(part), 0) < len(_tokens(part))] or parts
+    said = (part for part in parts if _skip(_tokens(part), 0) < len(_tokens(part)))
+    return [part for part in said if len(parts) == 1 or not CLOSED.fullmatch(part)] or parts
 
 
 def _skip(tokens: Sequence[_Token], at: int) -> int:
