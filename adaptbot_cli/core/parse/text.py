@@ -62,7 +62,8 @@ _BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
 """A row of a plan without marks: a few words, no sentence."""
 _SENTENCE = re.compile(r"(?<=[.!])\s+(?=[A-Z\"“`])|(?<=;)\s+")
 _NO_STEPS = re.compile(
-    r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
+    r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*"
+    r"|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
     r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
     r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60})$",
     re.IGNORECASE,
