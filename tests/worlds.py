@@ -28,6 +28,7 @@ ab:workshop a ab:Domain ;
     ab:verbField "verb.contact" ;
     ab:filler "build", "make", "a", "the" ;
     ab:quantifier "everything", "all" ;
+    ab:partWord "contents", "surface" ;
     ab:product "assembly" ;
     ab:goal
         [ ab:order 1 ; ab:class w:part ; ab:ask "ASK { ?item w:in w:bench }" ;

@@ -114,9 +114,18 @@ class _Pack:
             odd = [name for name in (*names, self.task) if not re.fullmatch(r"[a-z0-9_]+", name)]
             refused += [f"{name!r}, which is no name" for name in odd]
         if refused:
+            many = next((f for f in read.fluents if len(f.signature) > 2), None)
+            cure = "Rewrite it without."
+            if many is not None:
+                first, *rest = (parameter.name for parameter in many.signature)
+                cure = (
+                    f"Give {many.name} a type of its own, whose things are what is so related, "
+                    f"with a predicate of two things for each part: ({many.name}-{first} ?it "
+                    f"?{first}), ({many.name}-{rest[0]} ?it ?{rest[0]}) and so on."
+                )
             raise KnowledgeError(
                 f"{self.source} has {', '.join(refused[:5])}: a pack, a graph of facts about two "
-                "things, cannot hold that. Rewrite it without."
+                f"things, cannot hold that. {cure}"
             )
         effects = (effect for action in read.actions for effect in action.effects)
         self.changed = {effect.fluent.fluent().name for effect in effects}

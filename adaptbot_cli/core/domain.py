@@ -165,6 +165,12 @@ class Action:
     purpose: Condition | None = None
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Its name and the other names that the domain gives it."""
+        called = (name for part in self.called_as for name in part.names)
+        return (self.name, *self.aliases, *called)
+
+    @property
     def visible(self) -> tuple[Parameter, ...]:
         """The parameters that a plan may write, in order."""
         return tuple(p for p in self.parameters if not p.hidden)
@@ -181,7 +187,8 @@ class Domain:
 
     `aliases` are the names under which recordings of experiments know it. `task_classes` are kinds
     of tasks that are not listed one by one, by name, with the goals that they share; `constraints`
-    the diets and allergens; `servings` is a SELECT of what has been served when a plan has run.
+    the diets and allergens; `part_words` what stands for the thing that it is a part of, as does
+    "the door of the fridge"; `servings` is a SELECT of what has been served when a plan has run.
     """
 
     iri: URIRef
@@ -194,6 +201,7 @@ class Domain:
     verb_fields: frozenset[str]
     fillers: frozenset[str]
     quantifiers: frozenset[str]
+    part_words: frozenset[str]
     products: frozenset[str]
     kinds: Mapping[URIRef, Kind]
     properties: Mapping[URIRef, Property]

@@ -37,6 +37,9 @@ COURTESY = (
 QUESTIONS = _words("is are does has")
 """Words that make a question of a request where they begin it."""
 
+PRONOUNS = _words("it them this that these those one")
+"""Words that stand for what a step before was about."""
+
 IT = _words("it them")
 """Pronouns for what has just been named."""
 
@@ -151,7 +154,18 @@ NUMBERS = {
         ],
         start=1,
     )
-} | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2}
+} | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2, "thrice": 3}
+
+
+def count_of(said: str) -> int:
+    """Return how often "2", "twice" or "3 times" says that a thing is done, 0 if it says none."""
+    word, _, times = said.lower().replace(".", " ").strip(" \"'").partition(" ")
+    if times.strip() not in ("", "x", "times"):
+        return 0
+    word = word.removesuffix("x")
+    digits = word.isascii() and word.isdigit() and len(word) < 6
+    return int(word) if digits else NUMBERS.get(word, 0)
+
 
 UNITS = _words("""
     teaspoon teaspoons tablespoon tablespoons tsp tbsp gram grams g kg kilo kilos litre litres

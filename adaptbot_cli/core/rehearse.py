@@ -162,6 +162,7 @@ class Search:
     _cut: bool = False
     _start: int = 0
     _trail: list[Key] = field(default_factory=list)
+    _ruled_out: dict[tuple[int, Key], bool] = field(default_factory=dict)
 
     def achieve(self, *aims: Aim) -> list[Bound] | None:
         """Return the steps that make all aims hold, or None if few enough cannot."""
@@ -233,7 +234,7 @@ class Search:
     def _step(self, bound: Bound, limit: int, aims: list[Aim]) -> list[Bound] | None:
         """Do one action, with what it needs first, within `limit` more steps."""
         key = key_of(bound)
-        if key in self._trail or self._excluded(bound):
+        if key in self._trail or self._excluded(key, bound):
             return None
         self.tries += 1
         self.left -= 1
@@ -245,7 +246,14 @@ class Search:
         perform(bound, self.kg)
         return [*before, bound] if self.freely or self._changes_only(bound, aims) else None
 
-    def _excluded(self, bound: Bound) -> bool:
+    def _excluded(self, key: Key, bound: Bound) -> bool:
+        """Whether a step is ruled out: a longer search asks that again of every shorter one."""
+        asked = (self.kg.state, key)
+        if asked not in self._ruled_out:
+            self._ruled_out[asked] = self._is_ruled_out(bound)
+        return self._ruled_out[asked]
+
+    def _is_ruled_out(self, bound: Bound) -> bool:
         if self.bars is not None and any(map(self.bars, bound.values.values())):
             return True
         found = attribute_findings(bound, self.kg)

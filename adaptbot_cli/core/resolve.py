@@ -6,12 +6,12 @@ the candidate otherwise. What is not safe becomes a suggestion.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
-from rdflib import Literal, URIRef
-from rdflib.term import Node
+from rdflib import URIRef
 
+from adaptbot_cli.core import english
 from adaptbot_cli.core.amounts import without_amount
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
@@ -22,13 +22,11 @@ from adaptbot_cli.core.names import (
     normal,
     parted,
     sentence_list,
-    unaccented,
     variants,
     words,
 )
 from adaptbot_cli.core.plan import Approved, Change, Finding
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import AB
 from adaptbot_cli.core.words import Related, Relation
 
 T = TypeVar("T")
@@ -72,10 +70,19 @@ class Named:
 
 def item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     """Return the item that a name means where one of `classes` is wanted."""
+    key = (name, tuple(classes))
+    if key not in scene.meant:
+        scene.meant[key] = _item(name, classes, scene)
+    named: Named = scene.meant[key]
+    return named
+
+
+def _item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     for remedy in (
         _known,
         _spelled,
         _amount,
+        _whole,
         _several,
         _place_of_phrase,
         _with_state,
@@ -129,6 +136,17 @@ def _amount(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
         if scene.requires(rest) and not scene.kg.find(rest):
             return Named(finding=unknown_item(rest, classes, scene))
     return None
+
+
+def _whole(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
+    """A thing, said by a part that stands for it: "the pot's contents", "fridge door"."""
+    parts = [word.removesuffix("'s").removesuffix("'") for word in words(name)]
+    rest = [w for w in parts if w not in scene.domain.part_words and w not in _ARTICLES]
+    found = [e for e in scene.kg.find("_".join(rest)) if scene.kg.is_a(e, classes)]
+    if not found or scene.domain.part_words.isdisjoint(parts):
+        return None
+    proper = scene.kg.name(found[0])
+    return Named(found[0], Change(name, proper, "part", f'"{name}" means {proper} here'))
 
 
 def _several(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
@@ -281,6 +299,9 @@ def _word_evidence(name: str, word: Related) -> str:
 
 def unknown_item(name: str, classes: Sequence[URIRef], scene: Scene) -> Finding:
     """Return the finding of an item that the KG does not know, with what is near it."""
+    if normal(name) in english.PRONOUNS:
+        message = f'"{name}" stands for nothing: no step before names a thing that it could mean'
+        return Finding("E201", message, name)
     near = near_items(name, classes, scene)
     if is_absent(scene.kg, name, "item"):
         message = f"{name} is not here, as a person has said"
@@ -336,57 +357,33 @@ def action(name: str, scene: Scene) -> NamedAction:
     known = scene.domain.actions.get(normal(name))
     if known is not None:
         return NamedAction(known)
-    plain = unaccented(name)
-    same = action(plain, scene) if plain != name else NamedAction()
-    if same.action is not None:
-        why = f"{name} is {same.action.name}, written differently"
-        change = same.change or Change(plain, same.action.name, "normalisation", why)
-        return replace(same, change=replace(change, source=name))
-    for remedy in (
-        _action_spelled,
-        _action_alias,
-        _action_called_as,
-        _action_by_verb,
-        _action_by_words,
-    ):
+    for remedy in (_action_named, _action_by_verb, _action_by_words):
         named = remedy(name, scene)
         if named is not None:
             return named
     return NamedAction(finding=_unknown_action(name, scene))
 
 
-def _action_spelled(name: str, scene: Scene) -> NamedAction | None:
-    """An action whose words are joined by capitals: pickUp is pick_up."""
-    known = scene.domain.actions.get(normal(parted(name)))
-    if known is None:
-        return None
-    why = f"{name} is {known.name}, written differently"
-    return NamedAction(known, Change(name, known.name, "normalisation", why))
-
-
 def _plain(name: str, scene: Scene) -> tuple[str, ...]:
-    """A name as it is, and without an ending that this robot's actions have: add_obj is add."""
-    said = normal(parted(name))
-    head, _, ending = said.rpartition("_")
+    """A name without separators, and without an ending that actions have: add_obj is add."""
+    head, _, ending = normal(parted(name)).rpartition("_")
     endings = {known.rpartition("_")[2] for known in scene.domain.actions if "_" in known}
-    return (said, head) if head and ending in endings else (said,)
+    return (folded(name), folded(head)) if head and ending in endings else (folded(name),)
 
 
-def _action_alias(name: str, scene: Scene) -> NamedAction | None:
+def _action_named(name: str, scene: Scene) -> NamedAction | None:
+    """An action by a name of it, whatever parts its words: pickUp, turnon; sauté is saute."""
     for said in _plain(name, scene):
-        taught: set[Node] = set(scene.kg.facts.subjects(AB.alias, Literal(said)))
         for known in scene.domain.actions.values():
-            if said in known.aliases or known.iri in taught:
+            taught = said in map(folded, scene.kg.aliases(known.iri))
+            fixed = tuple(c for c in known.called_as if said in map(folded, c.names))
+            by: Approved = "human" if taught else "rule"
+            if said == folded(known.name):
+                why = f"{name} is {known.name}, written differently"
+                return NamedAction(known, Change(name, known.name, "normalisation", why))
+            if taught or said in map(folded, known.aliases):
                 why = f"{name} is another name for {known.name}"
-                by: Approved = "human" if known.iri in taught else "rule"
                 return NamedAction(known, Change(name, known.name, "alias", why, by))
-    return None
-
-
-def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
-    for said in _plain(name, scene):
-        for known in scene.domain.actions.values():
-            fixed = tuple(called for called in known.called_as if said in called.names)
             if fixed:
                 told = sentence_list([called.parameter for called in fixed])
                 why = f"{name} is {known.name} with {told} set"
@@ -397,7 +394,7 @@ def _action_called_as(name: str, scene: Scene) -> NamedAction | None:
 def _action_by_verb(name: str, scene: Scene) -> NamedAction | None:
     """An action named by its verb alone: stir is stir_contents, if nothing else stirs."""
     for said in _plain(name, scene):
-        found = [known for known in scene.domain.actions.values() if known.verb == said]
+        found = [known for known in scene.domain.actions.values() if folded(known.verb) == said]
         if len(found) == 1:
             why = f"{found[0].name} is the only action that does so"
             return NamedAction(found[0], Change(name, found[0].name, "verb", why))
@@ -450,4 +447,6 @@ def near_actions(name: str, scene: Scene) -> list[str]:
     actions = scene.domain.actions.values()
     verbs = nearest(normal(name).split("_")[0], {action.verb for action in actions})
     alike = [action.name for verb in verbs for action in actions if action.verb == verb]
-    return list(dict.fromkeys([*related, *alike]))[:5]
+    called = {folded(other): action.name for action in actions for other in action.names}
+    spelled = [called[other] for other in nearest(folded(name), called)]
+    return list(dict.fromkeys([*related, *alike, *spelled]))[:5]

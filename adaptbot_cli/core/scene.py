@@ -1,6 +1,7 @@
 """What a plan is looked at with: the graph, the task, the words, the names it uses."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from rdflib import URIRef
 from rdflib.term import Node
@@ -22,8 +23,8 @@ class Scene:
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
     `agreed` the names that words were put in for in a plan that the person then edited;
-    `near` remembers the names near a name, which are costly to find, and `taken` which name a
-    thing was put in for, so that two names never become one thing; `around` holds the word
+    `near` remembers the names near a name and `meant` what a name means, both costly to find;
+    `taken` which name a thing was put in for, so that two never become one; `around` holds the word
     knowledge of the names of known things, which likely answers are found by, and `trust` for
     which properties these have proved right. In a world outside, `done` are the things that steps
     were carried out with, and `spoiled` is what was in the wrong state before the first of them.
@@ -38,6 +39,7 @@ class Scene:
     drop: bool = True
     repair: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)
+    meant: dict[tuple[str, tuple[URIRef, ...]], Any] = field(default_factory=dict)
     taken: dict[URIRef, str] = field(default_factory=dict)
     around: dict[str, tuple[Related, ...]] = field(default_factory=dict)
     trust: dict[tuple[URIRef, Node, tuple[URIRef, ...]], bool] = field(default_factory=dict)
@@ -53,6 +55,7 @@ class Scene:
         """Take note of every name that a plan writes."""
         self.used = frozenset(normal(arg) for call in calls for arg in call.args)
         self.near.clear()
+        self.meant.clear()
         self.taken.clear()
 
     def requires(self, name: str) -> bool:

@@ -1,5 +1,6 @@
 """Small readings of trusted SPARQL text from a domain pack. Nothing a model wrote comes here."""
 
+import itertools
 import re
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
@@ -27,6 +28,9 @@ _OUTSIDE = {
     "USING": "UsingClause",
 }
 """The clauses that reach outside the graph, as rdflib's parser names them."""
+
+_SHORT, _FLAT = 1_000, 12
+"""Characters and nested brackets of a query that any thread's stack bears."""
 
 _CODEPOINT = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
 
@@ -256,6 +260,20 @@ def bindable(query: str) -> str:
 def dollars(query: str) -> list[str]:
     """Return the variables that a query writes as `$name`, as SPARQL allows and this tool not."""
     return [m[2] for m in re.finditer(rf"({SKIP})|(\$\w+)", query, re.DOTALL) if m[2]]
+
+
+@lru_cache(maxsize=4096)
+def is_plain(query: str, bound: frozenset[str]) -> bool:
+    """Tell whether a query cannot take long: all its variables but one at most are bound.
+
+    It takes time in proportion to the facts then; and it is short and flat, so that the engine
+    needs no more stack for it than any thread has.
+    """
+    text = re.sub(SKIP, "", query, flags=re.DOTALL)
+    open_ = len({name for name in used_variables(query) if name not in bound})
+    depth = itertools.accumulate((c in "({") - (c in ")}") for c in text)
+    flat = len(text) <= _SHORT and max(depth, default=0) <= _FLAT and "!!" not in text
+    return open_ <= 1 and flat and "[" not in text and "_:" not in text
 
 
 def used_variables(query: str) -> list[str]:

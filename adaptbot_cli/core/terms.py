@@ -1,5 +1,6 @@
 """The small vocabulary in which a domain pack tells the tool about its data."""
 
+from collections.abc import Hashable
 from functools import lru_cache
 from typing import Any
 
@@ -26,7 +27,8 @@ TERMS: frozenset[str] = frozenset(
     explain fails falseWord family fetches filler functional goal graph hand hidden holds ifUnknown
     impliedBy instead insteadMeans irreversible kindOrder locationProperty message name nameProperty
     namespace needs of ofProduct optional order parameter parameters places preposition product
-    prompted property purpose quantifier question requires select servings starts state stateWord
+    partWord prompted property purpose quantifier question requires select servings starts state
+    stateWord
     trueWord unit value verb verbField when with wordField
     """.split()  # noqa: SIM905 - a list would take a page
 )
@@ -47,7 +49,8 @@ def local(node: Node) -> str:
     return text.rsplit("#", 1)[-1].rsplit("/", 1)[-1].rsplit(":", 1)[-1] or text
 
 
-def node_of(term: object) -> Node:
+@lru_cache(maxsize=65536)
+def node_of(term: Hashable) -> Node:
     """Return a term of the engine's parser as rdflib's. Raises ValueError: there is none."""
     if isinstance(term, pyoxigraph.NamedNode):
         return URIRef(term.value)

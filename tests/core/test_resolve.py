@@ -65,6 +65,29 @@ def test_an_amount_takes_no_word_away_that_may_belong_to_the_name() -> None:
     assert asked is not None and (asked.code, asked.subject) == ("E201", "chalk")
 
 
+def test_a_word_for_a_part_that_stands_for_the_thing() -> None:
+    for written in (
+        "board's surface",
+        "board\u2019s surface",
+        "surface of the board",
+        "board surface",
+    ):
+        named = item(written)
+        assert named.entity == URIRef(W + "board"), written
+        assert named.change is not None and named.change.by == "part"
+    assert item("board's edge").entity is None, "not every part stands for its thing"
+    assert item("surface").entity is None
+
+
+def test_a_pronoun_that_stands_for_nothing_says_so() -> None:
+    finding = item("It").finding
+    assert finding is not None and (finding.code, finding.candidates) == ("E201", ())
+    assert (
+        finding.message
+        == '"It" stands for nothing: no step before names a thing that it could mean'
+    )
+
+
 def test_a_learned_alias_is_the_thing_and_says_so() -> None:
     named = item("slab", at=scene(with_alias("slab", "board")))
     assert named.entity == URIRef(W + "board")
@@ -251,6 +274,14 @@ def action(name: str, at: Scene | None = None) -> tuple[str, str]:
         named.action.name if named.action else "",
         named.change.by if named.change else "",
     )
+
+
+def test_separators_make_no_difference_to_an_action() -> None:
+    assert action("drillhole") == ("drill_hole", "normalisation")
+    assert action("DrillHole") == ("drill_hole", "normalisation")
+    assert action("turnoff") == ("switch", "alias")
+    finding = resolve.action("drillinto", scene()).finding
+    assert finding is not None and "drill_hole" in finding.candidates
 
 
 def test_an_action_by_its_name_in_any_case() -> None:

@@ -9,6 +9,7 @@ from adaptbot_cli.core.sparql import (
     bindable,
     form_of,
     in_order,
+    is_plain,
     mentions,
     prefixed,
     reaches_out,
@@ -124,6 +125,15 @@ def test_the_variables_of_a_query() -> None:
 def ask(query: str, **values: str) -> bool:
     given = {name: w(value) for name, value in values.items()}
     return workshop().ask(bindable(PREFIX + query), given)
+
+
+def test_only_a_plain_query_is_answered_without_the_clock() -> None:
+    bound = frozenset({"a"})
+    assert is_plain("ASK { FILTER NOT EXISTS { ?a w:in ?b . FILTER(?b != ?a) } }", bound)
+    assert not is_plain("ASK { ?a w:in ?b . ?c w:in ?a }", bound), "two may be anything"
+    assert not is_plain("ASK { ?a w:in [ w:in ?b ] }", bound), "so may a blank node"
+    assert not is_plain("ASK " + "{ " * 20 + "?a w:in ?b" + " }" * 20, bound)
+    assert not is_plain("ASK { ?a w:in ?b }" + " " * 2_000, bound)
 
 
 def test_a_variable_that_stands_in_a_filter_alone_can_be_bound() -> None:

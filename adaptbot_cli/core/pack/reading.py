@@ -63,6 +63,7 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         verb_fields=frozenset(domain.texts(AB.verbField)),
         fillers=frozenset(domain.texts(AB.filler)),
         quantifiers=frozenset(domain.texts(AB.quantifier)),
+        part_words=frozenset(domain.texts(AB.partWord)),
         products=frozenset(domain.texts(AB.product)),
         kinds=kinds,
         properties=properties,

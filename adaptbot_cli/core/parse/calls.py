@@ -28,6 +28,7 @@ _KEYWORD = re.compile(
 )
 _STRING_PREFIX = re.compile(r"[fFrRbBuU]{1,2}(?=[\"'])")
 _BARE = re.compile(r"[^,()\"“”„«»`\n\[\]{}]*")
+_LITERAL = re.compile(r"\[[^\[\](){}\n]*\]|\{[^\[\](){}\n]*\}")
 _ESCAPE = re.compile(r"\\(u[0-9a-fA-F]{4}|.)")
 _ESCAPED = {"n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f"}
 
@@ -46,7 +47,7 @@ class Item:
     """Something found at the offset `start` of a text: a call, or what is wrong there by `code`.
 
     Of each argument of a call in code, `written` tells how it was: "" in quotes, "n" a bare name,
-    "f" a format string. `time` is the step of an atom of a logic program.
+    "f" a format string, "l" a list or an object. `time` is the step of an atom of a logic program.
     """
 
     start: int
@@ -145,6 +146,12 @@ def read_args(text: str, pos: int) -> Reading:
     return Reading((), pos, quoted, "it has hundreds of arguments")
 
 
+def line_end(text: str, pos: int) -> int:
+    """Return where the line of an offset ends."""
+    end = text.find("\n", pos)
+    return len(text) if end < 0 else end
+
+
 def swallow(text: str, pos: int) -> int:
     """Find where a call that cannot be read ends: behind its parenthesis, or with the line."""
     depth = 1
@@ -178,10 +185,12 @@ def _argument(text: str, pos: int) -> Reading:
     pos = prefix.end() if prefix else pos
     if text[pos : pos + 1] in _CLOSING:
         return _quoted(text, pos, names, "f" if prefix and "f" in prefix[0].lower() else "")
-    match = _BARE.match(text, pos)
+    literal = _LITERAL.match(text, pos)
+    match = literal or _BARE.match(text, pos)
     end = match.end() if match else pos
     arg = text[pos:end].strip()
-    return Reading((arg,), end, False, _after(text, end, arg), names, ("n",))
+    how = "l" if literal else "n"
+    return Reading((arg,), end, False, _after(text, end, arg), names, (how,))
 
 
 def _quoted(text: str, pos: int, names: tuple[str, ...], written: str) -> Reading:
@@ -248,7 +257,7 @@ _TRAILING_IF = re.compile(
 # What may stand before and behind a call that is no part of a sentence.
 _LABEL = (
     r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?"
-    r"(?:(?:then|and|next|first|finally|lastly|now|followed\s+by)\b[,:]?)?"
+    r"(?:(?:then|and|next|first|finally|lastly|now|followed\s+by|if|unless|while|else)\b[,:]?)?"
 )
 # 1. 1.2 a) (iv) [x] 1️⃣ and what else leads a list item.
 MARK = (
@@ -261,12 +270,16 @@ _BEFORE = re.compile(
     r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?",
     re.IGNORECASE,
 )
+_NUMBERED = re.compile(r"[.:;,]\s+\(?1[.):]\s*\Z")
 _BEHIND = re.compile(
-    r"[ \t`*_\"']*(?:\Z|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
-    r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)"
+    r"[ \t`*_\"']*(?:\Z|\(?\d{1,3}[.)]\s|[^\W\d]\w*\(|\n|[;,.|#:\-–—→⇒➜➔=<>&\])(。；，、]"
+    r"|//|(?:then|and|followed|s|sec\w*|min\w*|hours?)\b)",
+    re.IGNORECASE,
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 _COLON = re.compile(r"(?<!Error)(?<!Exception)[:：][ \t*_`]*\Z")
+_OTHERWISE = re.compile(r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)", re.I | re.S)
+_SENTENCE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)|\.\s+[A-Z]")
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
@@ -293,6 +306,11 @@ def _is_whole(text: str, anchor: int, named: tuple[int, str], paren: int) -> boo
     """Tell whether a word of Python is the name of a call: nothing else stands in its place."""
     if text[paren - 1].isspace() or not _leads(text, anchor, named[0]):
         return False
+    return ends_line(text, paren)
+
+
+def ends_line(text: str, paren: int) -> bool:
+    """Tell whether a call whose parenthesis opens here is the last that its line says."""
     reading = read_args(text, paren + 1)
     return not reading.error and bool(_LINE_END.match(text, reading.end))
 
@@ -330,9 +348,10 @@ def is_call(
 
 
 def alternative(text: str, anchor: int, start: int) -> str:
-    """Name the condition of the second call in `clean("pan") or clean("pot")`."""
+    """Name the condition of the second call in `clean("pan") or clean("pot")`, or `...; if ...`."""
     gap = text[anchor:start] if start - anchor <= _LOOK else ""
-    return "or" if gap.strip(" `*,") == "or" else ""
+    said = _OTHERWISE.fullmatch(gap)
+    return said[1].rstrip(" `*") if said else ""
 
 
 def trailing_condition(text: str, reading: Reading) -> str:
@@ -350,19 +369,32 @@ def _stands_alone(text: str, anchor: int, start: int, reading: Reading) -> bool:
 
 
 def _ends_line(text: str, anchor: int, start: int, reading: Reading) -> bool:
-    """Tell whether a line ends with it behind a colon: "Slice the egg: slice(egg, knife)"."""
+    """Tell whether a line or sentence ends with it behind a colon: "Cut it: slice(egg, knife)"."""
     colon = _COLON.search(text, max(anchor, start - _LOOK), start)
-    return colon is not None and bool(_LINE_END.match(text, reading.end))
+    return colon is not None and bool(_SENTENCE_END.match(text, reading.end))
 
 
 def _leads(text: str, anchor: int, start: int) -> bool:
-    """Tell whether nothing of a sentence stands between two offsets: "2. ", "; then "."""
-    near = start - anchor <= _LOOK
-    return near and (start == anchor or bool(_BEFORE.fullmatch(text, anchor, start)))
+    """Tell whether nothing of a sentence stands between two offsets: "2. ", "; then ".
+
+    The first of a numbered list may stand behind a sentence.
+    """
+    if start - anchor > _LOOK:
+        return bool(_NUMBERED.search(text, start - _LOOK, start))
+    led = start == anchor or _BEFORE.fullmatch(text, anchor, start)
+    return bool(led or _NUMBERED.search(text, anchor, start))
 
 
-WRAPPED = re.compile(r"[^\w()\n]*(?:\d+[.):]\s*)?([^\W\d]\w*)\(\s*\[?\s*([^\W\d][\w-]*)\(")
-"""The beginning of a call inside a call, or inside the list that one takes."""
+WRAPPED = re.compile(
+    r"[^\w()\n]*(?:\d+[.):]\s*)?(?:\w+\.)*([^\W\d]\w*)\(\s*\[?\s*(\w+\s*,\s*|)([^\W\d][\w-]*)\("
+)
+"""The beginning of a call inside a call, behind who does it, or inside the list that one takes."""
+
+WRAPPERS = frozenset(
+    {"do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply",
+     "run", "action", "step", "call", "plan", "todo"}
+)  # fmt: skip
+"""What says of another call that it is done."""
 
 _LOOK_BACK = 160
 # Behind these anything may come before the call: "Never put it there by put_down(...)".

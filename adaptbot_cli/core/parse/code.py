@@ -9,8 +9,18 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from adaptbot_cli.core.parse.calls import LEFT_OUT, Item, conditional, fault, read_args, shown
-from adaptbot_cli.core.plan import keyworded
+from adaptbot_cli.core.english import NUMBERS, count_of
+from adaptbot_cli.core.parse.calls import (
+    LEFT_OUT,
+    WRAPPERS,
+    Item,
+    conditional,
+    ends_line,
+    fault,
+    shown,
+    swallow,
+)
+from adaptbot_cli.core.plan import Call, keyworded
 
 Value = str | tuple["Value", ...] | dict[str, "Value"] | None
 """What a name stands for: a text, values in order or by name; None if that is not known."""
@@ -47,18 +57,35 @@ _WORD = re.compile(
     r"(?=[\s:,({]|\Z)",
     re.IGNORECASE,
 )
-_LOOP = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE)
+_TIMES = re.compile(
+    r"(?:(?:(?:repeat|loop|do|perform|for)\b[^\n:({\d]{0,40}?[\s(])?"
+    rf"((?:\d{{1,3}}|{'|'.join(NUMBERS)})\s*(?:\.?times|x)|twice|thrice)"
+    r"|(?:repeat|loop)\s*\(?(\d{1,3}))\)?\s*(?:[:{][\s*_]*|\bdo\b|\Z)",
+    re.IGNORECASE,
+)
+"""A head that says how often the steps below are done: "Repeat twice:", "do this 3 times {"."""
+_KEYED = re.compile(
+    r"(?:repeat|loop|times|iterations|repetitions|for_?each|while|until|if|unless):"
+    r"[ ]+(\S[^\n]*)"
+)
+"""A key of a structure that says how often, or when, the steps beside it are done."""
+_LOOP = re.compile(
+    r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE
+)
 _THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
 _SENTENCE_END = re.compile(r"[.!?]\s+(?=[A-Z`])")
-_CALL_ALONE = re.compile(r"[\s;,.`]*(?:(?:#|//).*)?\Z")
 _ENGLISH = ("unless", "otherwise", "repeat")
 _BRANCHES = ("if", "elif", "else", "unless", "otherwise")
 
 
 @dataclass(slots=True)
 class Block:
-    """Lines that stand under a head, told by indentation: a frame, function, loop or condition."""
+    """Lines that stand under a head, told by indentation: a frame, function, loop or condition.
+
+    `often` tells that the head only says how often or when, so that it needs steps of its own;
+    `listed` that a list may stand below the head in the same column.
+    """
 
     indent: int
     kind: str = "frame"
@@ -67,6 +94,8 @@ class Block:
     name: str = ""
     params: tuple[str, ...] = ()
     over: str = ""
+    often: bool = False
+    listed: bool = False
     body: list["Item | Block"] = field(default_factory=list)
 
     def items(self) -> Iterator[Item]:
@@ -103,8 +132,18 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
             block.name = function[1]
             block.params = tuple(re.findall(r"(?:\A|,)\s*\*{0,2}(\w+)", function[2]))
         return Header(block, frame.end(), end, opens=True)
+    times = _TIMES.match(text, start, end)
+    keyed = _KEYED.match(text, start, end)
+    if times or keyed:
+        often = count_of((times[1] or times[2]) if times else keyed[1] if keyed else "")
+        body = times.end() if times else end
+        # What stands beside a key is in its column, what stands below a sentence is deeper.
+        indent = start - text.rfind("\n", 0, start) - 2 if keyed else indent
+        block = Block(indent, "loop" if often else "condition", head, start, over=f"range({often})")
+        block.often = True
+        return Header(block, body, end, opens=not text[body:end].strip(" {*_`\t"))
     word = _WORD.match(text, start, end)
-    if word is None or _is_call(text, word.end(), end):
+    if word is None or (text[word.end() : word.end() + 1] == "(" and ends_line(text, word.end())):
         return None
     loop = _FOR.match(text, start, end)
     if loop is not None:
@@ -112,14 +151,6 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
         block.name, block.over = loop["to"] or loop["js"], loop["of"] or loop["list"]
         return Header(block, loop.end(), end, opens=True)
     return _condition(text, word, end, indent, fenced)
-
-
-def _is_call(text: str, start: int, end: int) -> bool:
-    """Tell whether a word of Python is a call's name: `for("egg")`, and nothing behind it."""
-    if text[start : start + 1] != "(":
-        return False
-    reading = read_args(text, start + 1)
-    return not reading.error and bool(_CALL_ALONE.match(text, reading.end, max(end, reading.end)))
 
 
 def _condition(
@@ -136,7 +167,7 @@ def _condition(
         return None
     # "While it boils:" is prose, and "repeat this until it is clean" rules no line below.
     code = fenced or match[1].islower() or word == "for"
-    braced = text[max(0, end - 20) : end].rstrip().endswith("{")
+    braced = "{" in text[match.end() : end] or text[match.end() : end].rstrip().endswith(" do")
     if word not in _BRANCHES and (not code or (colon < 0 and not braced)):
         return None
     comma = -1 if fenced else comma
@@ -159,7 +190,7 @@ def _body(text: str, word: re.Match[str], end: int, colon: int, comma: int) -> i
     if word[1].lower() in ("else", "try", "finally"):
         return word.end()
     if text[word.end() : end].lstrip().startswith("("):
-        return _closing(text, word.end(), end)
+        return swallow(text, text.index("(", word.end()) + 1)
     if comma >= 0:
         return comma + 1
     return end if text.find("(", word.end(), end) < 0 else word.end()
@@ -180,17 +211,6 @@ def _separators(text: str, start: int, end: int) -> tuple[int, int]:
         elif depth == 0 and char == ":":
             return mark.start(), comma
     return -1, comma
-
-
-def _closing(text: str, start: int, end: int) -> int:
-    """Find the end of the parenthesis that opens first: the condition of `if (dirty) clean()`."""
-    depth = 0
-    for mark in _MARKS.finditer(text, start, end):
-        if mark[0] in "()":
-            depth += 1 if mark[0] == "(" else -1
-            if depth == 0:
-                return mark.end()
-    return end
 
 
 def read_statement(text: str, start: int, end: int, after: int, fenced: bool) -> Item | None:
@@ -262,7 +282,7 @@ class Steps:
     def _add(self, item: Item) -> None:
         """Add an item; whatever is no call is told but once for its place."""
         key = (item.start, item.code)
-        if item.call is not None or key not in self._seen:
+        if item.call is not None or item.code == PROSE or key not in self._seen:
             self.out.append(item)
         self._seen.add(key)
 
@@ -294,6 +314,9 @@ class Steps:
         return False
 
     def _block(self, block: Block, names: dict[str, Value], condition: str) -> bool:
+        if block.often and not any(item.call or item.code == PROSE for item in block.items()):
+            message = f"{shown(block.head)} says how often or when, but not what is to be done."
+            self._add(Item(block.start, block.head, code="P103", message=message))
         if block.kind == "function":
             return False
         if block.kind == "frame":
@@ -322,7 +345,7 @@ class Steps:
         self._unused = {
             k: v for k, v in self._unused.items() if not re.search(rf"\b{k}\b", block.over)
         }
-        steps = sum(item.call is not None for item in block.items())
+        steps = sum(item.call is not None or item.code == PROSE for item in block.items())
         if not isinstance(values, tuple) or len(values) * max(steps, 1) > _MOST_STEPS:
             return None
         return values
@@ -340,8 +363,12 @@ class Steps:
         function = self._functions.get(call.action) if receiver in ("", "self") else None
         if function is not None and call.action not in self._stack and len(self._stack) < _DEPTH:
             self._enter(function, item, args, names, condition)
+        elif condition and self._executes(call, names):
+            self._add(Item(item.start, item.source, code=LEFT_OUT))
         elif condition:
             self._add(conditional(item.start, item.source, condition))
+        elif "l" in item.written and not self._object(args):
+            self._add(fault(item.start, item.source, "an argument is a list or an object"))
         elif any(value is None or not isinstance(value, str) for _, value in args):
             why = "an argument is not written out"
             self._add(
@@ -350,6 +377,22 @@ class Steps:
         else:
             plain = [(name, value) for name, value in args if isinstance(value, str)]
             self._add(replace(item, call=keyworded(call.action, plain)))
+
+    def _executes(self, call: Call, names: Mapping[str, Value]) -> bool:
+        """Tell whether a call only has done what was read before: `for s in plan: do(s)`."""
+        turns = len(call.args) == 1 and names.get(call.args[0], "") is None
+        return (
+            turns
+            and call.action.lower() in WRAPPERS
+            and any(i.call or i.code == PROSE for i in self.out)
+        )
+
+    def _object(self, args: list[tuple[str, Value]]) -> bool:
+        """Take the entries of an object that is the only argument for the arguments."""
+        if len(args) != 1 or not isinstance(args[0][1], dict):
+            return False
+        args[:] = args[0][1].items()
+        return True
 
     def _enter(
         self,
@@ -380,8 +423,8 @@ class Steps:
         """Return what an argument stands for: a name without quotes what it was given to mean."""
         if how == "f":
             return _value_of(f"f{arg!r}", names)
-        words = set(re.findall(r"\w+", arg)) & set(names) if how == "n" else set()
-        if not words:
+        words = set(re.findall(r"\w+", arg)) & set(names) if how else set()
+        if not words and how != "l":
             return arg
         for word in words:
             self._unused.pop(word, None)

@@ -8,20 +8,21 @@ none keeps its place, and what a noun is, is for the checks to find out.
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from adaptbot_cli.core.domain import Action
+from adaptbot_cli.core.english import NUMBERS, PRONOUNS, count_of
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.plan import Call, keyworded
 
 _ENGLISH = """
 determiner: the a an some your my our his her its their this that these those any of
-pronoun: it them this that these those one
 person: me us you him her them user human person robot yourself itself
 joining: , ; & and then next finally first firstly second secondly third now also lastly afterwards
   afterward again subsequently please
 adverb: now again there here back away together well once more please too also up down over directly
-  twice then just first aside off
+  then just first aside off
 tail: until till while so because as since when once before after which who where without except
   ensuring making
 if: if unless whenever whether
@@ -36,8 +37,8 @@ _TABLE = {
     name: words.split()
     for name, words in re.findall(r"^(\w+):((?:.|\n )*)", _ENGLISH, re.MULTILINE)
 }
-_DETERMINERS, _PRONOUNS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
-    frozenset(_TABLE[name]) for name in list(_TABLE)[:8]
+_DETERMINERS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
+    frozenset(_TABLE[name]) for name in list(_TABLE)[:7]
 )
 _NUMBERS = dict(word.split("=") for word in _TABLE["number"])
 _PHRASAL = {
@@ -45,13 +46,25 @@ _PHRASAL = {
     for words, word in (entry.split("=") for entry in _TABLE["phrase"])
 }
 _PARTICLES = _ADVERBS | _PREPOSITIONS
+_NEXT = frozenset({";", "then", "finally", "next", "afterwards", "lastly"})
+_ENDS = _NEXT - {"next"} | {",", "&", "and", "×"}
+_NO_VERBS = _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL | PRONOUNS | _PERSONS
+_OBJECTS = (_DETERMINERS - {"of"}) | {"it", "them"}
+"""What an order is about begins so: "the egg", "them"."""
+_MOST = 50
+_TIMES = "×"
+"""How often a step is done: "twice", "3 times"."""
 _TOWARDS = frozenset({"to", "into", "onto"})
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
-    r"|->|=>|>>|→|⇒|(\d+(?:[.,]\d+)?|[^\W\d][\w'’-]*|[,;&])"
+    rf"|((?:\d+|{'|'.join(NUMBERS)})[ ]times|twice|thrice)\b"
+    r"|(->|=>|>>|→|⇒)|(\d+(?:[.,]\d+)?|[^\W\d](?:[\w'’]|-(?!>))*|[,;&])",
+    re.IGNORECASE,
 )
-_ARROWS = frozenset({"->", "=>", ">>", "→", "⇒"})
-_ASIDE = re.compile(r"\s[–—-]\s|[*_]*:[*_]*\s+")
+ARROW = re.compile(r"->|=>|>>|→|⇒")
+ASIDE = re.compile(r"\s[(\[]([^()\[\]]*)[)\]]")
+"""A remark in brackets."""
+_ASIDE = re.compile(r"\s[–—-]\s|[*_]*(:)[*_]*\s+")
 _INVERTED = (
     (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
     (
@@ -60,12 +73,20 @@ _INVERTED = (
         ),
         r"\2 \1",
     ),
+    (
+        re.compile(
+            r"((?:once|when|while|after|before|until|as\s+soon\s+as)\s[^,]{1,60}),\s*(.*)",
+            re.IGNORECASE,
+        ),
+        r"\2 \1",
+    ),
 )
-"""Orders whose object or tool comes first, and how they read otherwise."""
+"""Orders whose object, tool or time comes first, and how they read otherwise."""
 _LABEL = re.compile(
     r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
-    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+[\s*_]*|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
+    r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!>|(?<=[a-z]-)\w)[\s*_]*"
+    r"|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
     re.IGNORECASE,
 )
 _SUBJECT = re.compile(
@@ -90,6 +111,10 @@ CLOSED = re.compile(
 """What ends a plan."""
 
 
+Named = Sequence[Sequence[str]]
+"""What steps were about, the last one first."""
+
+
 @dataclass(frozen=True, slots=True)
 class Verb:
     """A name of an action as words: the verb's further words, and the actions that it may mean."""
@@ -107,13 +132,17 @@ class Verb:
 
 @dataclass(frozen=True, slots=True)
 class Clause:
-    """A verb with its arguments: one step, or one for each of several objects."""
+    """A verb with its arguments: one step, or one for each of several objects.
+
+    `elided` tells that its object is that of the next clause: "wash and cut the apple".
+    """
 
     calls: tuple[Call, ...]
     known: bool
     left_out: str = ""
     condition: str = ""
     objects: Sequence[str] = ()
+    elided: bool = False
 
 
 def _nothing(name: str) -> bool:
@@ -127,30 +156,28 @@ class Vocabulary:
     verbs: Mapping[str, Sequence[Verb]] = field(default_factory=dict)
     names: frozenset[str] = frozenset()
     is_thing: Callable[[str], object] = _nothing
+    called: Mapping[str, Action] = field(default_factory=dict)
 
     @classmethod
     def of(cls, kg: Kg) -> "Vocabulary":
         """Return the words of a home: names of its actions, taught ones too, and of its things."""
         verbs: dict[str, list[Verb]] = {}
         names: set[str] = set()
+        called: dict[str, Action] = {}
         for action in kg.domain.actions.values():
-            called = (name for part in action.called_as for name in part.names)
-            own = (
-                action.name,
-                action.verb,
-                action.family,
-                *action.aliases,
-                *called,
-                *kg.aliases(action.iri),
-            )
+            own = (*action.names, action.verb, action.family, *kg.aliases(action.iri))
             for name in dict.fromkeys(normal(name) for name in own if name):
                 first, *rest = name.split("_")
-                names.add(name)
+                joined = name.replace("_", "")
+                names |= {name, joined}
+                called.setdefault(name, action)
                 verbs.setdefault(first, []).append(Verb(name, tuple(rest), action))
+                if rest:
+                    verbs.setdefault(joined, []).append(Verb(name, (), action))
         longest = {
             first: sorted(found, key=lambda v: -len(v.rest)) for first, found in verbs.items()
         }
-        return cls(longest, frozenset(names), kg.find)
+        return cls(longest, frozenset(names), kg.find, called)
 
     def knows(self, name: str) -> bool:
         """Tell whether a name is an action's."""
@@ -158,8 +185,7 @@ class Vocabulary:
 
     def proper(self, name: str) -> str:
         """Return the action's name that is spelt without its separators, such as switchon."""
-        joined = (known for known in sorted(self.names) if known.replace("_", "") == name)
-        return next(joined, name)
+        return next((verb.name for verb in self.verbs.get(name, ()) if not verb.rest), name)
 
     def puts(self, verb: Verb, mark: str) -> str:
         """Name the action that puts where `mark` says what `verb` fetches: "bring it to me"."""
@@ -190,26 +216,42 @@ class Vocabulary:
         return fits and bool(behind or not self.is_thing(tokens[at].word))
 
     def shaped(self, phrase: str) -> bool:
+        """Tell whether a phrase looks like a step, be it an order or an arrow between things."""
+        return self.ordered(phrase) or bool(self.names and ARROW.search(_stripped(phrase)))
+
+    def itemised(self, phrase: str) -> bool:
+        """Tell whether an item of a list of steps looks like one, as does "sit on the sofa"."""
+        first, *behind = [*_tokens(_stripped(phrase)), _Token("", "")]
+        going = behind and behind[0].word in _PREPOSITIONS and first.word.isalpha()
+        no_verb = first.word in _NO_VERBS or self.is_thing(first.word)
+        return self.shaped(phrase) or bool(self.names and going and not no_verb)
+
+    def ordered(self, phrase: str) -> bool:
         """Tell whether a phrase looks like an order with a verb that the domain does not know."""
         for part in _parts(phrase):
             tokens = _tokens(_stripped(part))
             at = _skip(tokens, 0)
-            after = tokens[at + 1].word if at + 1 < len(tokens) else ""
-            if after in ("it", "them") or self.starts_clause(tokens, at):
+            if self.names and self.starts_clause(tokens, at):
                 return True
         return False
 
-    def read(self, phrase: str, unknown: bool, objects: Sequence[str] = ()) -> list[Clause]:
+    def read(self, phrase: str, unknown: bool, objects: Named = ()) -> list[Clause]:
         """Read a phrase as steps; [] if it cannot be read as such.
 
         With `unknown`, it may begin with a verb that is none of the domain's. `objects` are those
-        of the step before, which a pronoun stands for.
+        of the steps before, the last one first, which a pronoun stands for.
         """
         parts = _parts(phrase)
-        steps = [part for part in parts if self._begins(part)] or parts[-1:]
+        # What a colon stands behind is a heading, unless it begins as a step does.
+        steps = [part for part in parts if self._begins(part)
+                 or (len(parts) > 1 and part[-1:] != ":" and self.shaped(part))]  # fmt: skip
+        steps = steps or parts[-1:]
+        if steps == parts[:1] and len(parts) > 1 and len(_tokens(parts[0])) == 1:
+            parts = steps = [" ".join((parts[0].rstrip(":"), *parts[1:]))]  # "take: the egg"
         found = self._read(steps[0], unknown, objects)
         for part in steps[1:]:  # "Slice the onion: take the knife": the first is a heading then
-            heading, of = found, self._read(part, unknown, found[-1].objects if found else objects)
+            heading = found
+            of = self._read(part, unknown, [*(c.objects for c in found[::-1]), *objects])
             again = self._done(heading) & self._done(of)
             found = of if again or not heading else [*heading, *of]
         dropped = [part.strip() for part in parts[1:] if part not in steps]
@@ -218,14 +260,20 @@ class Vocabulary:
             found[-1] = replace(found[-1], left_out=told)
         return found
 
-    def _done(self, clauses: Sequence[Clause]) -> set[str]:
-        """What clauses do, whatever they call it: the families of their actions."""
-        names = {call.action for clause in clauses for call in clause.calls}
-        verbs = (verb for found in self.verbs.values() for verb in found)
-        return {verb.action.family or verb.action.name for verb in verbs if verb.name in names}
+    def meaning(self, action: str) -> str:
+        """Return what an action's name comes to, the same for all of its names."""
+        found = self.called.get(action.lower())
+        return (found.family or found.name) if found else action
 
-    def _read(self, phrase: str, unknown: bool, objects: Sequence[str]) -> list[Clause]:
-        tokens = _tokens(_stripped(phrase))
+    def _done(self, clauses: Sequence[Clause]) -> set[str]:
+        return {self.meaning(call.action) for clause in clauses for call in clause.calls}
+
+    def _read(self, phrase: str, unknown: bool, objects: Named) -> list[Clause]:
+        phrase = _stripped(phrase)
+        steps = ARROW.split(phrase)
+        if len(steps) > 1 and not all(self._begins(s) or self.shaped(s) for s in steps):
+            return []  # "egg -> pan" says no step
+        tokens = _tokens(phrase)
         found: list[Clause] = []
         at = _skip(tokens, 0)
         while at < len(tokens):
@@ -236,9 +284,16 @@ class Vocabulary:
                 return []
             if clause is None:
                 return []
-            found.append(clause)
-            objects = reader.objects or objects
+            objects = [reader.objects, *objects]
             at = _skip(tokens, reader.at)
+            joined = {token.word for token in tokens[reader.at : at]} <= {",", "&", "and"}
+            found.append(replace(clause, elided=clause.elided and joined))
+        for n in range(len(found) - 2, -1, -1):
+            first = next((name for name, _ in found[n + 1].calls[0].named()), "none")
+            if found[n].elided and not first:
+                (call,), of = found[n].calls, found[n + 1].objects
+                calls = tuple(keyworded(call.action, [("", each)]) for each in of)
+                found[n] = replace(found[n], calls=calls, objects=of)
         return found
 
     def _verbs(self, token: "_Token") -> Sequence[Verb]:
@@ -266,10 +321,8 @@ class Vocabulary:
             ends = after is None or after.word in (",", ";", "and", "then")
             return not (ends and self.is_thing(tokens[at].word))
         word = tokens[at].word
-        plain = word not in _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL and word.isalpha()
-        return bool(
-            plain and after and after.word in _DETERMINERS - {"of"} and not self.is_thing(word)
-        )
+        plain = word not in _NO_VERBS and word.isalpha()
+        return bool(plain and after and after.word in _OBJECTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,20 +331,27 @@ class _Token:
     written: str
     quoted: bool = False
 
+    @property
+    def named(self) -> bool:
+        """Whether it may be the name of an action, such as pick-up."""
+        return not self.quoted and self.word.replace("-", "").replace("_", "").isalpha()
 
-def _tokens(phrase: str) -> list[_Token]:
-    found = []
+
+@lru_cache(maxsize=1024)  # a line is looked at for a verb, for an order, and as steps
+def _tokens(phrase: str) -> Sequence[_Token]:
+    found: list[_Token] = []
     for match in _TOKEN.finditer(phrase):
-        if match[0] in _ARROWS:
-            found.append(_Token(";", ";"))
-            continue
         quoted = (match[1] or match[2] or "").strip()
         if quoted and re.fullmatch(r"[\w\s'’-]+", quoted):
             found.append(_Token(quoted.lower(), quoted, True))
         elif quoted:
             found += _tokens(quoted)
-        elif match[3]:  # a quotation of nothing but white space is no word
-            found.append(_Token(match[3].lower().replace("’", "'"), match[3]))
+        elif match[3]:
+            found.append(_Token(_TIMES, match[3]))
+        elif match[4]:
+            found.append(_Token(";", ";"))
+        elif match[5]:  # a quotation of nothing but white space is no word
+            found.append(_Token(match[5].lower().replace("’", "'"), match[5]))
     return found
 
 
@@ -301,10 +361,11 @@ def label_end(phrase: str) -> int:
     return label.end() if label else 0
 
 
+@lru_cache(maxsize=1024)
 def _stripped(phrase: str) -> str:
     """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
     phrase = phrase[label_end(phrase) :]
-    phrase = re.sub(r"\*\*|__|</\w+>|\s\([^()]*\)", "", phrase).rstrip(" .!*_`|")
+    phrase = ASIDE.sub("", re.sub(r"\*\*|__|</\w+>", "", phrase)).rstrip(" .!*_`|")
     while True:
         lead = re.match(
             r"(?:(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+)",
@@ -323,9 +384,9 @@ def _stripped(phrase: str) -> str:
 
 def _parts(phrase: str) -> list[str]:
     """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
-    phrase = phrase[label_end(phrase) :]
-    aside = _ASIDE.search(phrase)
-    return [phrase[: aside.start()], phrase[aside.end() :]] if aside else [phrase]
+    parts = _ASIDE.sub(r"\1\n", phrase[label_end(phrase) :]).split("\n")
+    said = (part for part in parts if _skip(_tokens(part), 0) < len(_tokens(part)))
+    return [part for part in said if len(parts) == 1 or not CLOSED.fullmatch(part)] or parts
 
 
 def _skip(tokens: Sequence[_Token], at: int) -> int:
@@ -354,9 +415,7 @@ class _UnreadError(Exception):
 class _ClauseReader:
     """Reads one clause from `at`; leaves `at` behind it and what its pronouns may mean."""
 
-    def __init__(
-        self, words: Vocabulary, tokens: Sequence[_Token], at: int, before: Sequence[str]
-    ) -> None:
+    def __init__(self, words: Vocabulary, tokens: Sequence[_Token], at: int, before: Named) -> None:
         self.at = at
         self.objects: list[str] = []
         self._words = words
@@ -364,17 +423,22 @@ class _ClauseReader:
         self._before = before
         self._left_out: list[str] = []
         self._condition = ""
+        self._often = 1
+        self._said: list[str] = []
 
     def read(self, unknown: bool) -> Clause | None:
         first = self._tokens[self.at]
         verbs = self._words._verbs(first)
-        if not verbs and not (unknown and first.word.isalpha() and not first.quoted):
-            return None
-        if not verbs and first.word in _DETERMINERS | _PREPOSITIONS | _PERSONS | _IF | _TAIL:
-            return None
         self.at += 1
+        if not verbs:
+            behind = self._tokens[self.at].word if self.at < len(self._tokens) else ""
+            thing = behind not in _OBJECTS and self._words.is_thing(first.word)  # "egg in the pan"
+            if not unknown or not first.named or thing or first.word in _NO_VERBS | _IF:
+                return None
         verb = self._particles(verbs) if verbs else None
-        command = re.search(r"\w[_-]\w", first.word) is not None
+        glued = verb is not None and first.word == verb.name.replace("_", "") != verb.name
+        printed = all(token.written.isupper() for token in self._tokens)  # as planners do
+        command = glued or printed or re.search(r"\w[_-]\w", first.word)
         phrases = self._commanded() if command else self._phrases()
         if verbs and verb is None:
             verb = self._separated(verbs, phrases)
@@ -385,11 +449,12 @@ class _ClauseReader:
         if not (verb and any(p.datatype for p in verb.action.visible[:1])):
             self.objects = objects or [np for _, nps in phrases for np in nps][:1]
         return Clause(
-            tuple(self._calls(name, verb, objects, phrases)),
+            tuple(self._calls(name, verb, objects, phrases)) * min(self._often, _MOST),
             verb is not None,
             ", ".join(self._left_out),
             self._condition,
             self.objects,
+            elided=not phrases and self._often == 1 and bool(not verb or verb.action.required),
         )
 
     def _particles(self, verbs: Sequence[Verb]) -> Verb | None:
@@ -427,22 +492,11 @@ class _ClauseReader:
                         phrases[0][1].extend(again[1])  # "turn the lamp off and the radio off"
                         phrases.remove(again)
                     return verb
-                if (
-                    verb.rest == (mark,)
-                    and n + 1 == len(phrases)
-                    and len(phrases) > 1
-                    and len(verb.rest) == 1
-                ):
+                if verb.rest == (mark,) and n + 1 == len(phrases) > 1:
                     phrases[n] = (mark if verb.at(mark, True) else "", nps)
                     return verb
-        return next(
-            (
-                verb
-                for verb in verbs
-                if not verb.rest or (len(verb.rest) == 1 and verb.rest[0] not in _PARTICLES)
-            ),
-            None,
-        )
+        plain = (v for v in verbs if not v.rest[1:] and _PARTICLES.isdisjoint(v.rest))
+        return next(plain, None)
 
     def _commanded(self) -> list[tuple[str, list[str]]]:
         """Read the arguments behind a name such as pick_up: single words, or phrases."""
@@ -460,24 +514,17 @@ class _ClauseReader:
         while self.at < len(self._tokens):
             token = self._tokens[self.at]
             word = token.word if not token.quoted else ""
-            if (
-                word in _IF
-                or (word in _TAIL and nps + [n for _, ns in found for n in ns])
-                or word in _TAIL
-            ):
+            if word in _IF | _TAIL:
                 self._tail(word)
                 break
-            if word in (",", ";", "&", "and", "then"):
+            if word == _TIMES:
+                self._often = count_of(token.written)
+                self.at += 1
+                continue
+            if word in _ENDS:
                 after = _skip(self._tokens, self.at)
                 joined = {t.word for t in self._tokens[self.at : after]}
-                if {
-                    ";",
-                    "then",
-                    "finally",
-                    "next",
-                    "afterwards",
-                    "lastly",
-                } & joined or self._words.starts_clause(self._tokens, after):
+                if joined & _NEXT or self._words.starts_clause(self._tokens, after):
                     break
                 if not nps and not found:
                     break
@@ -548,9 +595,7 @@ class _ClauseReader:
                 break
             if word == "of" and parts:
                 parts.append(token)
-            elif word in _IF | _TAIL | {",", ";", "&", "and", "then"} or (
-                self._preposition()[0] and word != "of"
-            ):
+            elif word in _IF | _TAIL | _ENDS or (self._preposition()[0] and word != "of"):
                 break
             elif word in _DETERMINERS and parts and parts[-1].word != "of":
                 if all(p.word in _PERSONS for p in parts):
@@ -563,10 +608,15 @@ class _ClauseReader:
         kept = [p for p in parts if p.quoted or not (p.word in _ADVERBS or _is_manner(p.word))]
         if not kept:
             return []
-        if len(kept) == 1 and not kept[0].quoted and kept[0].word in _PRONOUNS:
-            return list(self.objects or self._before or [kept[0].word])
+        if len(kept) == 1 and not kept[0].quoted and kept[0].word in PRONOUNS:
+            return list(next((n for n in self._before if self._may_be(n)), [kept[0].word]))
         kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
-        return [" ".join(p.written for p in kept)]
+        self._said.append(" ".join(p.written for p in kept))
+        return self._said[-1:]
+
+    def _may_be(self, named: Sequence[str]) -> bool:
+        """Tell whether a pronoun may stand for what was named: the clause does not name it too."""
+        return bool(named) and not {*named} & {*self._said}
 
     def _ends(self, at: int) -> bool:
         if at >= len(self._tokens):

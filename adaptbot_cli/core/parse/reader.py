@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.parse.calls import (
     LEFT_OUT,
@@ -10,6 +10,7 @@ from adaptbot_cli.core.parse.calls import (
     NESTED,
     UNCLOSED_QUOTE,
     WRAPPED,
+    WRAPPERS,
     Item,
     Reading,
     alternative,
@@ -17,6 +18,7 @@ from adaptbot_cli.core.parse.calls import (
     conditional,
     fault,
     is_call,
+    line_end,
     negated,
     negation,
     read_args,
@@ -50,12 +52,12 @@ _LOOK = 300
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
 _PREFIX = re.compile(rf"[\s>|]*(?:(?:[-*+•·–—]|\#{{1,6}})\s+|{MARK}(?<=\s))*[*`]*")
 _MARKED = re.compile(
-    rf"[\s>|]*(?:[-*+•·–—◦▪→✓✔✅☐]\s+)*(?:{MARK}|\**(?:step|action|task)\s*#?\d*\s*[.:)\-–]|[-*+•·–—◦▪→✓✔✅☐]\s)",
+    rf"[\s>|]*(?:[-*+•·–—◦▪→✓✔✅☐]\s+)*(?:{MARK}|\**(?:(?:step|action)\s*#?\d*|task\s*#?\d+)\s*[.:)\-–]|[-*+•·–—◦▪→✓✔✅☐]\s)",
     re.IGNORECASE,
 )
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _JSON = re.compile(
-    r"[^\[{\"'(]*+(?:(?<=\w)'(?=\w)[^\[{\"'(]*+)*([\[{]|(?<!\w)\()\s*(?:[\[{\"'\]}(]|\w+\s*:|\Z)"
+    r"[^\[{\"'(]*+(?:(?<=\w)'(?=\w)[^\[{\"'(]*+)*(?:\[[A-Z_]+\]\s*(?=[\[{]))?([\[{]|(?<!\w)\()\s*(?:[\[{\"'\]}(]|\w+\s*:|\Z)"
 )
 _SILENT = re.compile(
     r"(?:[\s\[\](){};,.`*_=\-|>~:]*|\w+\s*=\s*[\[({]|pass|return(?:\s+\w+)?|end\s*\w*"
@@ -71,6 +73,9 @@ _AND_SO_ON = re.compile(
     r"(?:\b(?:repeat|same)\b.*\b(?:for|with)\b|\b(?:and so on|etc)\b)|^\W*(?:\.\.\.|…)\W*$",
     re.IGNORECASE,
 )
+_GOES_ON = re.compile(
+    r"[\s,;.`*]*(?=(?:and|then|next|finally)\b)|[\s`*]*[.;]\s+(?=[A-Za-z])", re.IGNORECASE
+)
 _RECEIVER = re.compile(r"(\w+)[^\S\n]*=[^\S\n]*\Z")
 
 
@@ -79,7 +84,8 @@ class Prose(Item):
     """A line without a call, which may be a step in words.
 
     `marked` tells that it is an item of a list, `heads` that it announces what comes below;
-    `group` numbers the lists, `run` the lines that no blank line parts.
+    `group` numbers the lists, `run` the lines that no blank line parts; `block` is where the head
+    stands that it is under, `number` the item's own, -1 if it has none.
     """
 
     marked: bool = False
@@ -88,6 +94,8 @@ class Prose(Item):
     indent: int = 0
     group: int = 0
     run: int = 0
+    block: int = 0
+    number: int = -1
 
 
 @dataclass(slots=True)
@@ -149,7 +157,7 @@ class _Reader:
         """Read every line; each is at most read once by each form."""
         pos = 0
         while pos < len(self._text):
-            end = self._line_end(pos)
+            end = line_end(self._text, pos)
             if end == pos or self._text[pos:end].isspace():
                 self._blank = True
                 self._run += 1
@@ -170,11 +178,11 @@ class _Reader:
         self._place(start, end, indent)
         after = self._read_value(start, end)
         if after:
-            while after < self._line_end(after) and (
-                more := self._read_value(after, self._line_end(after))
+            while after < line_end(self._text, after) and (
+                more := self._read_value(after, line_end(self._text, after))
             ):
                 after = more
-            return self._scan(after, self._line_end(after), "") + 1
+            return self._scan(after, line_end(self._text, after), "") + 1
         line = self._text[start : min(end, start + _LONG)].lstrip()
         if line.startswith(("#", "//", '"""', "%", ";")):
             fenced = self._fenced or line.startswith((";", "%"))
@@ -188,10 +196,12 @@ class _Reader:
     def _place(self, start: int, end: int, indent: int) -> None:
         """Note what kind of line this is: an item of which list, in which run of lines."""
         before = self._line
-        marked = _MARKED.match(self._text, start, end) is not None
+        mark = _MARKED.match(self._text, start, end)
+        marked, number = mark is not None, re.findall(r"\d+", mark[0]) if mark else []
         apart = not marked and indent <= before.indent
         self._line = Prose(start, "", marked=marked, indent=indent, group=before.group + apart,
-                           run=self._run, fenced=self._fenced)  # fmt: skip
+                           run=self._run, fenced=self._fenced,
+                           number=int(number[-1][:4]) if number else -1)  # fmt: skip
 
     def _read_fence(self, start: int, end: int) -> bool:
         """Note a line that opens or closes a code block."""
@@ -237,8 +247,11 @@ class _Reader:
 
     def _take_all(self, items: Iterable[Item], after: int) -> int:
         self._effort.spend(2 + (after - self.at) // _JSON_UNIT)
+        lone = self._enter(self._line.indent)
         for item in items:
             self._add(item)
+        if lone is not None:
+            self._open.remove(lone)
         return after
 
     def _read_string(self, string: str) -> list[Item]:
@@ -253,6 +266,7 @@ class _Reader:
         if header is not None and lone is None:
             self._open[-1].body.append(header.block)
             if header.opens:
+                header.block.listed = not (self._fenced or self._line.marked)
                 rest = self._text[header.body : end].strip(" {*_`\t")
                 self._open.append(header.block)
                 self._fresh, self._blank = not rest, False
@@ -272,7 +286,7 @@ class _Reader:
         statement = read_statement(self._text, content, end, max(after, value), self._fenced)
         if statement is not None:
             self._open[-1].body.append(statement)
-            after = self._line_end(max(after, end))
+            after = line_end(self._text, max(after, end))
         else:
             after = self._read_calls(start, content, end)
         if lone is not None:
@@ -282,11 +296,14 @@ class _Reader:
     def _enter(self, indent: int) -> Block | None:
         """Leave the blocks that end before a line; returns one that the line alone belongs to."""
         last = self._open[-1]
-        if self._fresh and not self._blank and indent <= last.indent and last.kind != "frame":
+        listed = self._line.marked and any(b.listed and b.indent == indent for b in self._open)
+        floor = indent + 1 if listed else indent
+        ruling = last.kind != "frame" and not last.often
+        if self._fresh and not self._blank and floor <= last.indent and ruling:
             # Models forget to indent. Running the body anyway would be the worse mistake.
             self._fresh = False
             return last
-        while indent <= self._open[-1].indent:
+        while floor <= self._open[-1].indent:
             self._open.pop()
         self._fresh = False
         return None
@@ -310,10 +327,8 @@ class _Reader:
         elif not _SILENT.fullmatch(line[:_LONG]) or line.strip() in ("...", "…"):
             here = self._line
             heads = bool(_HEADING.match(self._text[start:content] + line[:_LONG]))
-            self._add(Prose(content, line[:_LONGEST],
-                    code=PROSE, marked=here.marked, heads=heads,
-                            fenced=self._fenced, indent=here.indent, group=here.group,
-                            run=self._run))  # fmt: skip
+            self._add(replace(here, start=content, source=line[:_LONGEST], code=PROSE, heads=heads,
+                              block=self._open[-1].start))  # fmt: skip
         return after
 
     def _scan(self, pos: int, end: int, condition: str) -> int:
@@ -327,12 +342,13 @@ class _Reader:
             if paren < 0 or _COMMENT.search(self._text, pos, paren):
                 if len(body) > calls:
                     body += passed
+                    self._read_tail(anchor, end)
                 return end
             self.at = anchor
             self._effort.spend(1)
             wrapped = WRAPPED.match(self._text, anchor, end) if anchor < paren else None
-            if wrapped and wrapped.end() > paren and self._unwraps(wrapped[1], wrapped[2]):
-                anchor = floor = wrapped.start(2)
+            if wrapped and wrapped.end() > paren and self._unwraps(*wrapped.groups()):
+                anchor = floor = wrapped.start(3)
                 paren = self._text.find("(", anchor)
             named = call_name(self._text, anchor, floor, paren)
             reading = read_args(self._text, paren + 1) if named else None
@@ -350,21 +366,28 @@ class _Reader:
                 condition = other or condition
                 condition = trailing_condition(self._text, reading) or condition
                 pos = self._take(*named, reading, condition, against)
-                end = end if pos <= end else self._line_end(pos)
+                end = end if pos <= end else line_end(self._text, pos)
                 anchor = pos
 
-    def _unwraps(self, outer: str, inner: str) -> bool:
+    def _read_tail(self, start: int, end: int) -> None:
+        """Read what a line goes on with behind its last call: "and put it on the plate"."""
+        goes_on = None if self._fenced else _GOES_ON.match(self._text, start, end)
+        if goes_on is not None:
+            comment = _COMMENT.search(self._text, goes_on.end(), end)
+            rest = self._text[goes_on.end() : comment.start() if comment else end].strip()
+            if self._words.begins(rest) or self._words.ordered(rest):
+                self._add(replace(self._line, start=goes_on.end(), source=rest, code=PROSE))
+
+    def _unwraps(self, outer: str, who: str, inner: str) -> bool:
         """Tell whether a call only says that the one inside it is done: `do(move(fridge))`."""
-        known = self._words.knows
-        return not known(outer) and (
-            known(inner) or (outer.lower() in _WRAPPERS and outer != inner)
-        )
+        known, wraps = self._words.knows, outer.lower() in WRAPPERS and outer != inner
+        return not known(outer) and (wraps or (known(inner) and not who))
 
     def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""
         if reading.error and (name != "print" or reading.error == NESTED):
             unclosed = reading.error == UNCLOSED_QUOTE
-            end = self._line_end(reading.end) if unclosed else swallow(self._text, reading.end)
+            end = (line_end if unclosed else swallow)(self._text, reading.end)
             self._fault(start, self._text[start:end].rstrip(), reading.error)
             return end
         source = self._text[start : reading.end]
@@ -378,9 +401,14 @@ class _Reader:
         elif condition:
             self._add(conditional(start, source, condition))
         else:
-            call = keyworded(name, reading.named())
+            named, written = reading.named(), reading.written
             at = int(time[1]) if time and time[1] else -1
-            self._add(Item(start, source, call, written=reading.written, time=at))
+            if len(named) > 1 and self._words.knows(named[0][1]) and self._unwraps(name, "", ""):
+                timed = name.lower().startswith(("o", "h")) and named[-1][1].isdigit()
+                at = int(named[-1][1][:6]) if timed else at
+                name, end = named[0][1], len(named) - timed  # occurs(move, fridge, 1)
+                named, written = named[1:end], written[1:end]
+            self._add(Item(start, source, keyworded(name, named), written=written, time=at))
         return time.end() if time else reading.end
 
     def _makes_receiver(self, start: int, reading: Reading) -> bool:
@@ -401,17 +429,9 @@ class _Reader:
         strength = heading_strength(self._text[start : min(end, start + _LONG)])
         self._open[-1].body.append(Item(start, "", code=GAP, time=strength))
 
-    def _line_end(self, pos: int) -> int:
-        end = self._text.find("\n", pos)
-        return len(self._text) if end < 0 else end
 
-
-_WRAPPERS = frozenset(
-    {"do", "occurs", "occ", "o", "happens", "happen", "execute", "perform", "act", "exec", "apply",
-     "run", "action", "step", "call", "plan", "todo"}
-)  # fmt: skip
 _TIME = re.compile(
-    r"\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"
+    r"\s*\)?\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"
 )
 
 

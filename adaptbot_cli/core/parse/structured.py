@@ -7,19 +7,22 @@ import html
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol
+from typing import Literal
 
+from adaptbot_cli.core.english import count_of
 from adaptbot_cli.core.parse.calls import (
     LEFT_OUT,
     Item,
     conditional,
     fault,
     kept,
+    line_end,
     read_args,
     shown,
     unescape,
 )
 from adaptbot_cli.core.parse.code import PROSE
+from adaptbot_cli.core.parse.phrases import Vocabulary
 from adaptbot_cli.core.plan import keyworded
 
 Kind = Literal["string", "word", "list", "map"]
@@ -29,6 +32,8 @@ _DEPTH = 40
 _TOKENS = 50_000
 _LONGEST = 4_000
 _LOOKED_AT = 50
+_FEW = 2
+"""How many spaces make a text more than an argument."""
 
 _TOKEN = re.compile(
     r"(?:\s++|//[^\n]*+|\#[^\n]*+)*(?:"
@@ -38,44 +43,36 @@ _TOKEN = re.compile(
 )
 _PAIRS = {"[": "]", "{": "}", "(": ")"}
 _KEYWORD = re.compile(r"[^\W\d]\w{0,80}")
+_BEFORE_MAP = re.compile(r"([^\W\d]\w*):?[ ]?\Z")
+_NUMBERED = re.compile(r"(?:step|action)?[\s_#-]*\d{1,3}", re.IGNORECASE)
 _SHAPED = re.compile(r"[^\W\d]\w*(?:[_-]|(?<=[a-z])(?=[A-Z]))\w+|[A-Z]{3,}")
 
-_NAMED = ("action", "function", "action_name", "function_name", "tool_name", "primitive", "skill")
-_NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "step")
+_NAMED = (
+    "action", "function", "action_name", "function_name", "tool_name", "primitive", "skill", "verb",
+)  # fmt: skip
+_NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "op", "step")
 _ARGS = (
     "args", "arguments", "parameters", "params", "kwargs", "argument", "input", "inputs",
-    "action_input",
+    "action_input", "tool_input", "tool_args",
 )  # fmt: skip
 _PLANS = {
     "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
-    "commands", "tool_calls", "toolcalls", "function_calls", "task_plan", "plan_steps",
+    "commands", "do", "body", "then", "substeps", "tool_calls", "toolcalls", "function_calls",
+    "task_plan", "plan_steps",
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
-_CONDITIONS = ("if", "condition", "unless", "while")
+_LEADING = (*_NAMED, "tool", "command")
+"""Keys that name an action where they begin a line or head a column."""
+_CONDITIONS = ("if", "condition", "unless", "while", "until", "for_each", "foreach")
+_TIMES = ("times", "repeat", "repetitions", "iterations", "loop")
 _DESCRIBED = ("step", "instruction", "description", "task", "text", "name")
 _REMARKS = {
     "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment", "#", "no",
     "comments", "description", "note", "notes", "explanation", "order", "purpose", "status",
-    *_CONDITIONS,
+    *_CONDITIONS, *_TIMES,
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true", "-", "–", "—", "n/a"}
 _NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
-
-
-class Words(Protocol):
-    """What the structures need to know of a domain's words."""
-
-    def knows(self, name: str) -> bool:
-        """Tell whether a name is an action's."""
-        ...
-
-    def begins(self, phrase: str) -> bool:
-        """Tell whether a phrase begins with an action's verb."""
-        ...
-
-    def proper(self, name: str) -> str:
-        """Return the action's name that is spelt without its separators, such as switchon."""
-        ...
 
 
 @dataclass(slots=True)
@@ -166,8 +163,8 @@ def _take(stack: list[_Frame], match: re.Match[str]) -> bool:
 class Structures:
     """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
 
-    def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Words) -> None:
-        self._scripted = False
+    def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Vocabulary) -> None:
+        self._scripted = self._listed = False
         self._text = text
         self._read = read
         self._words = words
@@ -179,7 +176,10 @@ class Structures:
         No items: it is no plan, however well-formed it may be.
         """
         node, end = read_literal(self._text, pos)
-        if self._text[pos] == "(" and (node.end < 0 or not self._is_tuple(node)):
+        named = _BEFORE_MAP.search(self._text, max(0, pos - _LOOKED_AT), pos)
+        if named and node.kind == "map" and node.end >= 0 and self._is_action(named[1]):
+            return list(self._called(named[1], node, node)), end
+        if self._text[pos] == "(" and (node.end < 0 or not self._naming(node)):
             return [], pos + 1
         items = list(self._steps(node, planned=False))
         if node.end < 0 and items and not items[-1].code:
@@ -190,44 +190,60 @@ class Structures:
         return items, end
 
     def _steps(self, node: Node, planned: bool) -> Iterator[Item]:
+        """Yield the steps in a value, as often as it says and unless under a condition."""
+        often = 1
+        if self._is_step(node) or any(key in _PLANS for key, _ in node.entries()):
+            for key, value in node.entries():
+                plain = value.kind in ("string", "word")
+                ruled = key in _CONDITIONS or (plain and key in _TIMES)
+                if not ruled or (plain and value.text.lower() in _EMPTY):
+                    continue
+                often = count_of(value.text) if key in _TIMES else 0
+                if not often:
+                    told = value.text or self._quoted(value)[1:-1]
+                    yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {told}")
+                    return
+        yield from list(self._once(node, planned)) * min(often, _LOOKED_AT)
+
+    def _once(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a value. In a list of steps, whatever is none is told of."""
-        if self._is_tuple(node):
-            yield from self._called(
-                node.items[0].text, Node("list", node.start, node.end, items=node.items[1:]), node
-            )
-            return
-        if node.kind == "map":
-            yield from self._map_steps(node, planned)
-            return
-        if node.kind != "list":
+        if node.kind in ("string", "word"):
             yield from self._string(node) if planned else ()
-            return
+        elif self._is_step(node):
+            yield from self._step(node)
+        elif named := self._naming(node):
+            yield from self._called(*named, node)
+        elif node.kind == "map":
+            yield from self._map_steps(node, planned)
+        else:
+            yield from self._list_steps(node, planned)
+
+    def _list_steps(self, node: Node, planned: bool) -> Iterator[Item]:
         heads = node.items[:_LOOKED_AT]
-        planned = planned or any(self._is_step(item) or self._is_tuple(item) for item in heads)
-        called = planned or all(self._is_called(item) for item in heads)
+        rows = any(item.kind == "list" and self._naming(item) for item in heads)
+        planned = planned or rows or any(map(self._is_step, heads))
+        maps = planned or all(i.kind == "map" and self._naming(i, among=True) for i in heads)
         for item in node.items:
-            if called and not self._is_step(item) and self._is_called(item):
-                yield from self._called(item.keys[0], item.items[0], item)
+            named = self._naming(item, among=rows if item.kind == "list" else maps)
+            if named and not self._is_step(item):
+                yield from self._called(*named, item)
                 continue
             found = list(self._steps(item, planned))
             yield from found
-            if not found and planned and (item.kind != "list" or item.items):
+            if not found and planned and self._words.ordered(item.text):
+                yield Item(item.start, item.text, code=PROSE)
+            elif not found and planned and (item.kind != "list" or item.items):
                 yield self._unread(item, "this is not a step")
 
     def _map_steps(self, node: Node, planned: bool) -> Iterator[Item]:
-        if self._is_step(node):
-            yield from self._step(node)
-            return
-        if self._is_called(node) and self._is_action(node.keys[0]):
-            yield from self._called(node.keys[0], node.items[0], node)
-            return
         told = [value for key, value in node.entries() if planned and key in _DESCRIBED]
         said = next((value for value in told if self._words.begins(value.text)), None)
         if said is not None:
             yield from self._string(said)
             return
+        numbered = all(_NUMBERED.fullmatch(key) for key in node.keys)
         for key, value in node.entries():
-            plan = key in _PLANS or (value.kind == "string" and key in _TEXTS)
+            plan = numbered or key in _PLANS or (value.kind == "string" and key in _TEXTS)
             if plan or value.kind in ("list", "map"):
                 yield from self._steps(value, planned=plan)
 
@@ -251,23 +267,30 @@ class Structures:
     def _is_action(self, name: str) -> bool:
         return bool(_SHAPED.fullmatch(name)) or self._words.knows(name)
 
-    def _is_tuple(self, node: Node) -> bool:
-        """Tell whether a list is an action's name with its arguments: `("move", ["fridge"])`."""
-        if node.kind != "list" or node.end < 0 or not node.items:
-            return False
-        if node.items[0].text.isdigit():  # the number of the step
-            del node.items[0]
-        if not node.items or node.items[0].kind != "string":
-            return False
-        name, rest = (
-            node.items[0].text,
-            [i for item in node.items[1:] for i in item.items or [item]],
-        )
-        plain = (rest or self._words.knows(name)) and all(
-            item.kind != "map" and "(" not in item.text for item in rest
-        )
-        named = self._words.knows(name) or self._is_action(name)
-        return bool(plain and named) and not any(self._words.knows(item.text) for item in rest)
+    def _naming(self, node: Node, among: bool = False) -> tuple[str, Node] | None:
+        """Return the action and the arguments of a value that is no more than these, if it is.
+
+        `("move", ["fridge"])`, `[1, "move", "fridge"]` and `{"move": {"place": "fridge"}}` are;
+        `among` others of the kind a name need not look like an action's.
+        """
+        if node.end < 0 or not node.items:
+            return None
+        if node.kind == "list":
+            first, *rest = node.items[node.items[0].text.isdigit() :] or node.items
+            name, value = first.text, Node("list", node.start, node.end, items=rest)
+            flat = [inner for item in rest for inner in item.items or [item]]
+            known = self._is_action(name) and (bool(flat) or self._words.knows(name))
+            plain = all(i.kind != "map" and "(" not in i.text for i in flat) and not any(
+                self._words.knows(item.text) for item in flat
+            )
+            fits = (known and plain) if first.kind == "string" else False
+            return (name, value) if fits or (among and _KEYWORD.fullmatch(name)) else None
+        name, value = node.keys[0], node.items[0]
+        plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
+        if len(node.keys) > 1 or name.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(name):
+            return None
+        fits = self._is_action(name) or (among and value.text.count(" ") < _FEW)
+        return (name, value) if plain and fits else None
 
     def _is_step(self, node: Node) -> bool:
         if node.kind == "string":
@@ -281,16 +304,6 @@ class Structures:
             return self._is_step(name) or name.get(*_NAMED, *_NAMED_WITH_ARGS) is not None
         named = node.get(*_NAMED) is not None or node.get(*_ARGS) is not None
         return name.kind in ("string", "word") and (named or "(" in name.text)
-
-    def _is_called(self, node: Node) -> bool:
-        """Tell whether a map is an action's name with its arguments: `{"wait": {"t": 5}}`."""
-        if node.kind != "map" or node.end < 0 or len(node.keys) != 1 or not node.items:
-            return False
-        key, value = node.keys[0], node.items[0]
-        plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
-        if key.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(key) or not plain:
-            return False
-        return value.kind in ("list", "map") or (value.kind == "string" and self._is_action(key))
 
     def _called(self, action: str, value: Node, node: Node) -> Iterator[Item]:
         args = flattened(value)
@@ -306,10 +319,6 @@ class Structures:
             return
         if name.kind == "map":
             yield from self._step(name)
-            return
-        condition = next((c for key, c in node.entries() if key in _CONDITIONS), None)
-        if condition is not None and condition.text.lower() not in _EMPTY:
-            yield conditional(node.start, self._quoted(node)[1:-1], condition.text)
             return
         values = node.get(*_ARGS)
         if "(" in name.text:
@@ -327,8 +336,12 @@ class Structures:
         elif action.isidentifier() or (action and values is not None) or self._words.knows(joined):
             action = joined if self._words.knows(joined) else action
             yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, kept(args)))
-        elif self._words.begins(action) and not args:
-            yield from self._string(name)
+        elif self._words.begins(action) or self._words.ordered(action):
+            yield from self._string(name) or [Item(name.start, action, code=PROSE)]
+            other = [arg for _, arg in args if arg.lower() not in action.lower()]
+            if other:
+                message = f"`{', '.join(other)}` beside {shown(action)} is left out."
+                yield Item(name.start, action, code=LEFT_OUT, message=message)
         else:
             yield self._unread(node, "its action is not a name")
 
@@ -383,41 +396,45 @@ class Structures:
         match = _FIELD.match(text, start, end)
         if match is None:
             return None
-        key, value = _key(match[2]), match[3].strip().strip("`*")
+        key, value = _key(match[2]), match[3].strip().strip("`*'\"")
         listed = bool(match[1].strip())
         bracketed = _BRACKETED.fullmatch(value)
         whole, after = Node("map", match.start(2), end, keys=[], items=[]), end
-        if key in (*_NAMED, "tool", "command") and bracketed:
+        if key in _LEADING and bracketed:
             call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
-        named = key in (*_NAMED, "tool", "command") or (key == "name" and self._is_action(value))
-        if named and _KEYWORD.fullmatch(value.strip("'\"")):
-            whole.keys, whole.items = (
-                ["action"],
-                [Node("string", match.start(3), end, value.strip("'\""))],
-            )
-            column, own = match.start(2) - start, end
+        among, column = listed and self._listed, match.start(2) - start
+        known = among or self._is_action(value)
+        if (key in _LEADING or (key == "name" and known)) and _KEYWORD.fullmatch(value):
+            whole.keys = ["action"]
+            whole.items = [Node("string", match.start(3), end, value)]
             after = self._more_fields(whole, column, end)
-            if after == own and not self._is_action(whole.items[0].text):
+            if after == end and not known:
                 return None
-        elif (listed or fenced) and key not in _NO_ACTIONS and self._is_action(match[2].strip()):
-            whole.keys = [match[2].strip()]
-            inner, after = self._field_value(match.start(3), end, match.start(2) - start)
-            whole.items = [inner]
-            if inner.kind == "string" and len(inner.text.split()) > 2:
+        elif (
+            (listed or fenced)
+            and key not in _NO_ACTIONS
+            and (among or self._is_action(match[2].strip()))
+        ):
+            inner, after = self._field_value(match.start(3), end, column)
+            whole.keys, whole.items = [match[2].strip()], [inner]
+            whole.end = after
+            calling = self._naming(whole, among=True)
+            if inner.text.count(" ") >= _FEW or not calling:
                 return None
+            self._listed = True
+            return [*self._called(*calling, whole)], after
         else:
             return None
         whole.end = after
-        items = list(self._map_steps(whole, planned=True))
+        items = list(self._steps(whole, planned=True))
+        self._listed = True
         return (items, after) if items else None
 
     def _more_fields(self, node: Node, column: int, end: int) -> int:
         """Add the fields in the lines below that stand in the same column; returns their end."""
         while end < len(self._text):
-            start = end + 1
-            stop = self._text.find("\n", start)
-            stop = len(self._text) if stop < 0 else stop
+            start, stop = end + 1, line_end(self._text, end + 1)
             match = _FIELD.match(self._text, start, stop)
             if match is None or match[1].strip(" >*_\"'") or match.start(2) - start != column:
                 break
@@ -436,16 +453,13 @@ class Structures:
         if said[:1] in ("[", "{"):
             node, after = read_literal(self._text, opening)
             if node.end >= 0:
-                stop = self._text.find("\n", after)
-                return node, len(self._text) if stop < 0 else stop
+                return node, line_end(self._text, after)
         if said:
             plain = said.partition(" #")[0].strip("`*\"' ")
             return Node("string", opening, end, plain), end
         node = Node("map", pos, end)
         while end < len(self._text):
-            start = end + 1
-            stop = self._text.find("\n", start)
-            stop = len(self._text) if stop < 0 else stop
+            start, stop = end + 1, line_end(self._text, end + 1)
             match = _DEEPER.match(self._text, start, stop)
             if match is None or match.start(2) - start <= column:
                 break
@@ -463,20 +477,24 @@ class Structures:
         if rule is None or start < self._no_table_before or text[start:end].count("|") < 2:
             return None
         keys = [_key(cell) for cell, _ in _cells(text, start, end)]
-        at = next((n for n, key in enumerate(keys) if key in (*_NAMED, "command", "verb")), -1)
+        below = rule.end() + 1
+        first = [cell for cell, _ in _cells(text, below, line_end(text, below))]
+        at = next((n for n, key in enumerate(keys) if key in _NAMED), -1)
+        at = at if at >= 0 else next((n for n, c in enumerate(first) if self._words.begins(c)), -1)
+        at = at if at >= 0 else next((n for n, key in enumerate(keys) if key in _LEADING), -1)
         if at < 0:
             return None
         items: list[Item] = []
         end = rule.end()
         while text[end + 1 : end + 2] == "|" or _ROW.match(text, end + 1):
-            start, end = end + 1, text.find("\n", end + 1)
-            end = len(text) if end < 0 else end
+            start, end = end + 1, line_end(self._text, end + 1)
             cells = _cells(text, start, end)
             if len(cells) <= at:
                 break
             given = [
-                (k, c, p) for k, (c, p) in zip(keys, cells, strict=False) if c.lower() not in _EMPTY
-            ]
+                (k, c, p) for k, (c, p) in zip(keys, cells, strict=False)
+                if c.lower() not in _EMPTY and not (p == cells[0][1] and c.isdigit())
+            ]  # fmt: skip
             nodes = [Node("string", p, p + len(c), c.strip("`*")) for _, c, p in given]
             row = Node("map", cells[0][1], end, items=nodes, keys=[k for k, _, _ in given])
             if keys[at] in row.keys:
@@ -522,7 +540,8 @@ class Structures:
 
 
 _IN_ORDER = re.compile(
-    r"(?:[\s()]|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*", re.IGNORECASE
+    r"(?:[\s():,;]|->|→|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*",
+    re.IGNORECASE,
 )
 """What may stand around steps that come one after the other."""
 
@@ -566,7 +585,8 @@ def _step_of(atom: re.Match[str]) -> Item:
 
 
 def _key(written: str) -> str:
-    return re.sub(r"[\s_-]+", "_", re.sub(r"\s\d+$", "", written.strip(" *_`").lower())).strip("_")
+    plain = re.sub(r"\s\d+$|\(.*", "", written.strip(" *_`").lower())
+    return re.sub(r"[\s_-]+", "_", plain).strip("_")
 
 
 def _cells(text: str, start: int, end: int) -> list[tuple[str, int]]:
@@ -590,11 +610,8 @@ def _leaves(body: str) -> list[tuple[str, str]]:
 def _args(key: str, value: str) -> Args:
     if key.lower() not in _ARGS:
         return [(key, value)]
-    if value.startswith(("{", "[")):
-        node, _ = read_literal(value, 0)
-        return flattened(node) or []
-    reading = read_args(f"{value})", 0)
-    return list(reading.named()) if not reading.error else [("", value)]
+    found = flattened(Node("string", 0, text=value))
+    return [("", value)] if found is None else found
 
 
 def _rest_args(node: Node, name: Node) -> Args | None:
@@ -612,7 +629,7 @@ def flattened(node: Node) -> Args | None:
         return flattened(inner) if inner.end >= 0 else None
     if node.kind == "string" and "," in node.text:
         reading = read_args(node.text + ")", 0)
-        return None if reading.error else list(reading.named())
+        return None if reading.error or "l" in reading.written else list(reading.named())
     if node.kind in ("string", "word"):
         null = node.kind == "word" and node.text.lower() in ("null", "none")
         return [] if null else [("", node.text.strip())]

@@ -1,21 +1,35 @@
 """The parser: normalise a text, cut off what is no answer, read each line, account for all."""
 
 import re
+from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
+from adaptbot_cli.core.english import PRONOUNS
 from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
 from adaptbot_cli.core.parse.code import GAP, PROSE
-from adaptbot_cli.core.parse.phrases import CLOSED, OPEN, Vocabulary, is_negated, label_end
+from adaptbot_cli.core.parse.phrases import (
+    ARROW,
+    ASIDE,
+    CLOSED,
+    OPEN,
+    Vocabulary,
+    is_negated,
+    label_end,
+)
 from adaptbot_cli.core.parse.reader import Prose, ReadText, read_text
 from adaptbot_cli.core.parse.repeats import without_repeats
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
 
 _MOST_LINES = 5
+_LOOK_BACK = 3
+"""How many steps a pronoun looks back."""
 
 _UNSEEN = {0x200B: None, 0x2060: None, 0xFEFF: None}
 """Zero-width space, word joiner, byte order mark: they stand in copied text and say nothing."""
 # Only behind a name in ASCII: 拿起苹果（从冰箱） is a sentence with a remark.
+_QUOTED_NAME = re.compile(r"(?<![\w(])'([A-Za-z]\w*(?:[ ]\w+)+)'\(")  # as in Prolog
 _WIDE_CALL = re.compile(r"(?<=[A-Za-z0-9_])[(（][^()（）\n]*[)）]")
 _WIDE = str.maketrans("（），：＝＂＇「」『』", '(),:="\'""""')
 
@@ -30,7 +44,7 @@ _MARK = re.compile(
     rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--)"
     r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
-    r"|(?P<frame><\|(?:start|channel|message|end)\|>(?:assistant|final)?)"
+    r"|(?P<frame><\|(?:start|channel|message|end|python_tag|tool_calls?)\|>(?:assistant|final)?)"
     r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
     re.IGNORECASE | re.MULTILINE,
 )
@@ -44,11 +58,14 @@ _ENDS = {
 }
 _LETTER = re.compile(r"[^\n]")
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
-_SENTENCE = re.compile(r"(?<=[.!;])\s+(?=[A-Z\"“`])")
+_BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
+"""A row of a plan without marks: a few words, no sentence."""
+_SENTENCE = re.compile(r"(?<=[.!])\s+(?=[A-Z\"“`])|(?<=;)\s+")
 _NO_STEPS = re.compile(
-    r"\W*(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
+    r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*"
+    r"|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
     r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
-    r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60}$",
+    r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60})$",
     re.IGNORECASE,
 )
 
@@ -68,7 +85,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     places = _Places(text)
     calls: list[Written] = []
     findings: list[Finding] = []
-    left_out: list[tuple[int, int, Item]] = []
+    left_out: dict[int, tuple[int, int, Item]] = {}
     gaps: dict[int, int] = {}
     for item in _in_time(read.items):
         line, column = places.of(item.start)
@@ -76,7 +93,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
             if calls:
                 gaps[len(calls)] = max(item.time, gaps.get(len(calls), 1))
         elif item.code == LEFT_OUT and not item.message:
-            left_out.append((line, column, item))
+            left_out[item.start] = (line, column, item)
         elif item.call is None:
             blocks = item.code == LEFT_OUT and item.time > 0
             findings.append(
@@ -87,7 +104,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     if not calls:
         findings.insert(0, Finding("P101", _no_plan(whole, read, findings), line=1, column=1))
     if left_out:
-        findings.append(_left_out(left_out, "is no call and is left out"))
+        findings.append(_left_out([*left_out.values()], "is no call and is left out"))
     if discarded:
         findings += _discarded(discarded, why, words)
     kept, repeated = without_repeats(calls, gaps)
@@ -97,6 +114,7 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
 def _plain(text: str) -> str:
     """Return a text with line feeds only, nothing unseen, and calls in ASCII's punctuation."""
     text = text.replace("\r\n", "\n").replace("\r", "\n").translate(_UNSEEN)
+    text = _QUOTED_NAME.sub(lambda name: f"  {name[1].replace(' ', '_')}(", text)
     return _WIDE_CALL.sub(lambda call: call[0].translate(_WIDE), text)
 
 
@@ -153,17 +171,18 @@ def _discarded(text: str, why: str, words: Vocabulary) -> list[Finding]:
 
 def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
     """Yield what was read with each line of prose as a step in words, a finding, or nothing."""
-    items = read.items
+    items = [item for item in read.items if item.code != GAP]
     calls = [n for n, item in enumerate(items) if item.call is not None]
-    settle = _Mixed(read, words, calls) if calls else _Phrased(items, words)
-    for n, item in enumerate(items):
+    settle = _Mixed(items, read.where, words, calls) if calls else _Phrased(items, words)
+    n = -1
+    for item in read.items:
+        n += item.code != GAP
         if isinstance(item, Prose):
             yield from settle.line(n, item)
         elif item.code == PROSE:
             yield from settle.steps(item.start, item.source, marked=True)
         else:
-            settle.objects = item.call.args[:1] if item.call and item.call.args else settle.objects
-            yield item
+            yield settle.call(item)
 
 
 class _Settling:
@@ -171,23 +190,38 @@ class _Settling:
 
     def __init__(self, words: Vocabulary) -> None:
         self.words = words
-        self.objects: Sequence[str] = ()
+        self.objects: list[Sequence[str]] = []
+
+    def _remember(self, objects: Sequence[str]) -> None:
+        self.objects = [objects, *self.objects][:_LOOK_BACK] if objects else self.objects
+
+    def call(self, item: Item) -> Item:
+        """Return an item that was read, a call with what its pronouns stand for."""
+        if item.call is None:
+            return item
+        ends = CLOSED.fullmatch(item.call.action) and not self.words.knows(item.call.action)
+        if ends and not item.call.args:
+            return Item(item.start, item.source, code=LEFT_OUT)
+        args = [self.objects[0][0] if self.objects and arg.lower() in PRONOUNS else arg
+                for arg in item.call.args]  # fmt: skip
+        self._remember([arg for arg in args[:1] if not arg[:1].isdigit()])
+        return replace(item, call=replace(item.call, args=tuple(args)))
 
     def steps(
         self, start: int, source: str, marked: bool, condition: str = "", unknown: bool = True
     ) -> Iterator[Item]:
         """Yield the steps of a phrase; where it cannot be read, a finding that names it."""
-        if CLOSED.fullmatch(source):
-            return
-        if OPEN.fullmatch(source):
-            message = f"{shown(source)} stands for steps that are not written out: write each."
-            yield Item(start, source, code="P103", message=message)
-            return
-        if is_negated(source):
-            message = f"{shown(source)} is not to be done, so it is no step."
-            yield Item(start, source, code="P106", message=message)
-            return
         for number, (at, sentence) in enumerate(_sentences(source)):
+            if OPEN.fullmatch(sentence):
+                message = (
+                    f"{shown(sentence)} stands for steps that are not written out: write each."
+                )
+                yield Item(start + at, sentence, code="P103", message=message)
+                continue
+            if is_negated(sentence):
+                message = f"{shown(sentence)} is not to be done, so it is no step."
+                yield Item(start + at, sentence, code="P106", message=message)
+                continue
             known = self.words.begins(sentence)
             fits = known or (marked and number == 0) or self.words.shaped(sentence)
             clauses = self.words.read(sentence, unknown, self.objects) if known or fits else []
@@ -198,14 +232,19 @@ class _Settling:
                 if condition or clause.condition:
                     yield conditional(where, sentence, condition or clause.condition)
                     continue
-                self.objects = clause.objects or self.objects
+                self._remember(clause.objects)
                 for call in clause.calls:
                     yield Item(where, sentence, call)
-                aside = re.search(r"\s\(([^()]*)\)", sentence)
+                aside = ASIDE.search(sentence)
                 left_out = ", ".join(filter(None, [clause.left_out, aside[1] if aside else ""]))
                 if left_out:
                     message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
                     yield Item(where, sentence, code=LEFT_OUT, message=message)
+
+    def ordered(self, item: Prose) -> bool:
+        """Tell whether a line that is left out has an order in it, which then is told of."""
+        said = [] if item.heads or _NO_STEPS.match(item.source) else _sentences(item.source)
+        return any(self.words.ordered(sentence) for _, sentence in said)
 
     def _unread(self, start: int, source: str, blocks: bool) -> Item:
         """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
@@ -234,7 +273,9 @@ def _sentences(source: str) -> list[tuple[int, str]]:
         parts = list(zip(starts, [*starts[1:], len(source)], strict=True))
     found = [(at, source[at:end].strip(" ,;")) for at, end in parts]
     return [
-        (at, part) for at, part in found if re.search(r"\w", part) and not CLOSED.fullmatch(part)
+        (at, part)
+        for at, part in found
+        if OPEN.fullmatch(part) or (re.search(r"\w", part) and not CLOSED.fullmatch(part))
     ]
 
 
@@ -245,6 +286,9 @@ class _Phrased(_Settling):
         super().__init__(words)
         self._items = items
         lines = [(n, item) for n, item in enumerate(items) if isinstance(item, Prose)]
+        rows = [i.source for _, i in lines if not i.marked and not CLOSED.fullmatch(i.source)]
+        begun = sum(map(words.begins, rows))
+        self._bare = 3 * begun >= len(rows) > 1 and all(map(_BARE.fullmatch, rows))
         self._aside: set[int] = set()
         aside = False
         for n, item in lines:
@@ -257,8 +301,8 @@ class _Phrased(_Settling):
                 self._aside.add(n)
         self._lists: dict[int, list[str]] = {}
         for n, item in lines:
-            if n not in self._aside and not self._heads(n, item) and (item.marked or item.fenced):
-                self._lists.setdefault(item.group, []).append(item.source)
+            if n not in self._aside and not self._heads(n, item) and self._listed(item):
+                self._lists.setdefault(self._group(item), []).append(item.source)
         self._plans = {group for group, lines in self._lists.items() if self._is_plan(lines)}
         said = [
             s
@@ -267,8 +311,16 @@ class _Phrased(_Settling):
             for _, s in _sentences(i.source)
         ]
         begun = sum(words.begins(sentence) for sentence in said)
-        shaped = bool(words.names) and all(words.begins(s) or words.shaped(s) for s in said)
+        shaped = all(words.begins(s) or words.shaped(s) for s in said)
         self._prose = not self._plans and (2 * begun >= len(said) or shaped)
+
+    def _listed(self, item: Prose) -> bool:
+        """Tell whether a line is an item of a list: marked, in a code block, or of few words."""
+        return item.marked or item.fenced or self._bare
+
+    def _group(self, item: Prose) -> int:
+        """Return the list that an item is of: rows without marks are one."""
+        return item.group if item.marked or not self._bare else -1
 
     def _is_plan(self, lines: Sequence[str]) -> bool:
         """Tell whether the items of a list are steps: they begin with verbs."""
@@ -281,129 +333,124 @@ class _Phrased(_Settling):
     def _heads(self, n: int, item: Prose) -> bool:
         """Tell whether an item of a list has items of its own, or announces something."""
         below = self._items[n + 1] if n + 1 < len(self._items) else None
-        while below is not None and below.code == GAP:
-            n += 1
-            below = self._items[n + 1] if n + 1 < len(self._items) else None
-        deeper = isinstance(below, Prose) and below.marked and below.indent > item.indent
-        return bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
+        deeper = (
+            isinstance(below, Prose)
+            and below.marked
+            and below.indent > item.indent
+            and below.block == item.block
+            and not 0 <= item.number == below.number - 1  # it only goes on with the numbers
+        )
+        heading = (
+            item.heads and isinstance(below, Prose) and below.marked and not below.heads
+            and below.number != item.number + 1
+        )  # fmt: skip
+        return heading or bool(deeper and item.marked) or item.source.rstrip(" *_").endswith(":")
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
         inline = _INLINE.findall(item.source)
-        steps = item.group in self._plans and (item.marked or item.fenced)
+        steps = self._group(item) in self._plans and self._listed(item)
         if not self.words.names or n in self._aside or (self._heads(n, item) and len(inline) < 2):
             return
         begins = any(self.words.begins(s) for _, s in _sentences(item.source))
-        if steps or (len(inline) > 1 and begins):
-            yield from self.steps(item.start, item.source, True, item.message)
-        elif self._prose:
-            yield from self.steps(item.start, item.source, False, item.message)
+        steps = steps or (len(inline) > 1 and begins)
+        if steps or self._prose or (self._plans and OPEN.fullmatch(item.source)):
+            yield from self.steps(item.start, item.source, steps, item.message)
         elif (begins or is_negated(item.source)) and self._plans and not item.heads:
             yield from self.steps(item.start, item.source, False, item.message, unknown=False)
-        elif (self._plans and OPEN.fullmatch(item.source)) or (item.message and begins):
+        elif item.message and begins:
             yield from self.steps(item.start, item.source, False, item.message)
+        elif self._plans and self.ordered(item):
+            yield Item(item.start, item.source, code=LEFT_OUT)
 
 
 class _Mixed(_Settling):
     """Settles the lines of a text that holds calls: a step beside them, or what describes them."""
 
-    def __init__(self, read: ReadText, words: Vocabulary, calls: Sequence[int]) -> None:
+    def __init__(
+        self,
+        items: Sequence[Item],
+        where: Mapping[int, Prose],
+        words: Vocabulary,
+        calls: Sequence[int],
+    ) -> None:
         super().__init__(words)
-        self._items = read.items
-        self._where = read.where
+        self._items, self._where = items, where
         self._lists = {(w.group, w.indent) for n in calls if (w := self._of(n)) and w.marked}
-        self._calls = [call for n in calls if (call := read.items[n].call)]
-        self._done = {self._meaning(call) for call in self._calls}
+        self._calls = [call for n in calls if (call := items[n].call)]
+        self._done = {self.words.meaning(call.action) for call in self._calls}
         self._named = {_name(arg) for call in self._calls for arg in call.args}
-        self._sizes = Counter(i.group for i in read.items if isinstance(i, Prose) and i.marked)
+        self._sizes = Counter(i.group for i in items if isinstance(i, Prose) and i.marked)
 
     def _of(self, n: int) -> Prose | None:
-        item = self._items[n]
-        return item if isinstance(item, Prose) else self._where.get(item.start)
-
-    def _meaning(self, call: Call | None) -> str:
-        """Return what an action's name comes to, the same for all of its names."""
-        if call is None:
-            return ""
-        found = [
-            v.action
-            for vs in self.words.verbs.values()
-            for v in vs
-            if v.name == call.action.lower()
-        ]
-        return (found[0].family or found[0].name) if found else call.action
-
-    def _beside(self, n: int, step: int) -> int:
-        """Return the nearest item before or behind that says something, -1 if there is none."""
-        n += step
-        while 0 <= n < len(self._items) and (self._items[n].code == GAP):
-            n += step
-        return n if 0 <= n < len(self._items) else -1
+        """Return the line of an item, None if there is no such item."""
+        item = self._items[n] if 0 <= n < len(self._items) else None
+        return item if item is None or isinstance(item, Prose) else self._where.get(item.start)
 
     def line(self, n: int, item: Prose) -> Iterator[Item]:
         before, behind = self._nearest(n, item, -1), self._nearest(n, item, 1)
         sibling = item.marked and (item.group, item.indent) in self._lists
         begins = any(
-            self.words.begins(s) or (sibling and self.words.shaped(s))
+            self.words.begins(s)
+            or (self.words.itemised(s) if sibling else ARROW.search(s) and self.words.shaped(s))
             for _, s in _sentences(item.source)
         )
+        near = [call for call in (before, behind) if call]
         headed = item.heads or self._has_body(n, item)
-        if not headed and (sibling or ((before or behind) and begins and not item.fenced)):
-            if begins and self._describes(item, before, behind):
-                if before and behind:
-                    yield Item(item.start, item.source, code=LEFT_OUT)
-            elif begins or OPEN.fullmatch(item.source) or is_negated(item.source):
-                yield from self.steps(item.start, item.source, begins, item.message)
-            elif not CLOSED.fullmatch(item.source):
-                yield Item(item.start, item.source, code=LEFT_OUT)
-        elif before and behind and not headed and not item.fenced:
-            if OPEN.fullmatch(item.source):
-                yield from self.steps(item.start, item.source, False)
-            else:
-                yield Item(item.start, item.source, code=LEFT_OUT)
-        elif (before or behind) and OPEN.fullmatch(item.source):
-            yield from self.steps(item.start, item.source, False)
-        elif item.marked and not headed and begins:
+        among = not headed and (sibling or (near and begins and not item.fenced))
+        left_out = Item(item.start, item.source, code=LEFT_OUT)
+        if near and OPEN.fullmatch(item.source):
+            yield from self.steps(item.start, item.source, False, item.message)
+        elif among and begins and self._describes(item, near):
+            yield from [left_out] * (len(near) > 1)
+        elif among and (begins or is_negated(item.source) or OPEN.fullmatch(item.source)):
+            yield from self.steps(item.start, item.source, begins, item.message)
+        elif headed or CLOSED.fullmatch(item.source):
+            return
+        elif among or (len(near) > 1 and not item.fenced):
+            yield left_out
+        elif item.marked and begins:
             yield from self._outlined(item)
+        elif self.ordered(item):
+            yield left_out
 
     def _nearest(self, n: int, item: Prose, step: int) -> Call | None:
         """Return the call before or behind a line that no blank line parts from it, if any."""
-        m = self._beside(n, step)
-        while m >= 0 and isinstance(self._items[m], Prose) and self._of(m).run == item.run:  # type: ignore[union-attr]
-            m = self._beside(m, step)
-        where = self._of(m) if m >= 0 else None
-        return self._items[m].call if where is not None and where.run == item.run else None
+        n += step
+        while (where := self._of(n)) is not None and where.run == item.run:
+            if not isinstance(self._items[n], Prose):
+                return self._items[n].call
+            n += step
+        return None
 
     def _has_body(self, n: int, item: Prose) -> bool:
         """Tell whether what stands right below a line belongs to it: deeper, or its calls."""
-        m = self._beside(n, 1)
-        where = self._of(m) if m >= 0 else None
+        where = self._of(n + 1)
         if where is None or not item.marked:
             return where is not None and where.indent > item.indent and where.run == item.run
         deeper = where.indent > item.indent
-        return deeper or (not where.marked and not isinstance(self._items[m], Prose))
+        return deeper or (not where.marked and not isinstance(self._items[n + 1], Prose))
 
-    def _describes(self, item: Prose, before: Call | None, behind: Call | None) -> bool:
-        """Tell whether a line only says in words what the call beside it does."""
-        said = [
-            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
-        ]
-        for beside in (before, behind):
-            for call in said:
-                if beside is not None and self._meaning(call) == self._meaning(beside):
-                    args = {_name(arg) for arg in beside.args}
-                    if not call.args or _name(call.args[0]) in args:
-                        return True
-        return False
+    def _said(self, item: Prose) -> list[Call]:
+        clauses = self.words.read(item.source, False, self.objects)
+        return [call for clause in clauses for call in clause.calls]
+
+    def _describes(self, item: Prose, near: Sequence[Call]) -> bool:
+        """Tell whether a line only says in words what a call beside it does."""
+        meaning = self.words.meaning
+        return any(
+            meaning(call.action) == meaning(beside.action)
+            and (not call.args or _name(call.args[0]) in map(_name, beside.args))
+            for beside in near
+            for call in self._said(item)
+        )
 
     def _outlined(self, item: Prose) -> Iterator[Item]:
         """Tell of an item of a list apart from the calls, unless a call does what it says.
 
         It blocks unless the calls are the fuller account, of all the things that it names.
         """
-        said = [
-            c for clause in self.words.read(item.source, False, self.objects) for c in clause.calls
-        ]
-        if said and all(self._meaning(call) in self._done for call in said):
+        said = self._said(item)
+        if said and all(self.words.meaning(call.action) in self._done for call in said):
             return
         named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
         fuller = self._sizes[item.group] < len(self._calls) and named <= self._named
@@ -456,20 +503,13 @@ def _place(finding: Finding) -> tuple[int, int]:
 
 
 class _Places:
-    """Turns offsets into lines and columns. Going forwards, it looks at the text once."""
+    """Turns offsets into lines and columns."""
 
     def __init__(self, text: str) -> None:
-        self._text = text
-        self._at = 0
-        self._line = 1
-        self._line_start = 0
+        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
+        self._last = len(text)
 
     def of(self, offset: int) -> tuple[int, int]:
         """Return the line and column of an offset."""
-        offset = min(offset, len(self._text))
-        if offset < self._at:
-            self._at, self._line, self._line_start = 0, 1, 0
-        self._line += self._text.count("\n", self._at, offset)
-        self._line_start = self._text.rfind("\n", self._at, offset) + 1 or self._line_start
-        self._at = offset
-        return self._line, offset - self._line_start + 1
+        line = bisect_right(self._starts, min(offset, self._last))
+        return line, min(offset, self._last) - self._starts[line - 1] + 1
