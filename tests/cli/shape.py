@@ -38,6 +38,7 @@ SUMMARY: dict[str, Any] = {
                     "approved": {"rule", "human"},
                 }
             ],
+            "done": ({"done", "failed", "not tried"}, None),
         }
     ],
     "findings": [
@@ -54,6 +55,8 @@ SUMMARY: dict[str, Any] = {
     ],
     "questions": [{"about": str, "kind": str, "answer": (str, bool, None)}],
     "learned": [[str]],
+    "observed": [[(str, bool, int, float)]],
+    "world": ({"kind": str, "failed": int, "recovered": int}, None),
     "kg": {"before": (str, None), "after": (str, None), "nodes": COUNTS, "edges": COUNTS},
     "usage": {
         "model_calls": int,

@@ -70,6 +70,8 @@ class Prompts:
             findings=list(dict.fromkeys(findings)),
             required=turn.task.required,
             excluded=_limits(turn.task)["excluded"],
+            done=turn.done,
+            seen=turn.seen,
         )
 
     def plans(self) -> list[LibraryPlan]:
