@@ -10,6 +10,7 @@ import io
 import json
 import os
 import random
+import select
 import signal
 import socket
 import subprocess
@@ -22,6 +23,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +35,10 @@ IMPORTED = (
     "questionary",
     "rich.live",
 )
+
+
+ADAPTBOT = "adaptbot_cli.cli.main:main"
+"""What a forked process calls unless it is told something else: a module, and a function of it."""
 
 
 @dataclass
@@ -51,6 +57,13 @@ class Process:
                 self._code = os.waitstatus_to_exitcode(int(self._connection.recv(64)))
         return self._code
 
+    @property
+    def runs(self) -> bool:
+        """Whether it has not ended yet."""
+        if self._code is None and select.select([self._connection], [], [], 0)[0]:
+            self.wait()
+        return self._code is None
+
     def kill(self, how: int = signal.SIGKILL) -> None:
         """Send it a signal, if it still runs; of SIGKILL, see the end."""
         if self._code is None:
@@ -66,11 +79,12 @@ def start(
     environment: Mapping[str, str],
     streams: tuple[int, int, int],
     terminal: bool = False,
+    entry: str = ADAPTBOT,
 ) -> Process:
-    """Start a command on three open files; with `terminal` they are a terminal, which it gets."""
+    """Start a command on three open files; with `terminal` the first is one, which it gets."""
     connection = socket.socket(socket.AF_UNIX)
     connection.connect(_server())
-    request = [list(arguments), str(folder), dict(environment), terminal]
+    request = [entry, list(arguments), str(folder), dict(environment), terminal]
     socket.send_fds(connection, [json.dumps(request).encode()], list(streams))
     connection.shutdown(socket.SHUT_WR)
     return Process(int(connection.recv(64)), connection)
@@ -99,8 +113,6 @@ _kept: list[Any] = []
 
 
 def _serve(address: str) -> None:
-    from importlib import import_module
-
     for name in (*IMPORTED, "litellm"):
         import_module(name)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
@@ -133,12 +145,12 @@ def _handle(connection: socket.socket) -> None:
     request, streams, _, _ = socket.recv_fds(connection, 1 << 16, 3)
     while more := connection.recv(1 << 16):
         request += more
-    arguments, folder, environment, terminal = json.loads(request)
+    entry, arguments, folder, environment, terminal = json.loads(request)
     pid = os.fork()
     if pid == 0:
         connection.close()
         _become(streams, folder, environment, terminal)
-        _ended(lambda: _main(arguments))
+        _ended(lambda: _main(entry, arguments))
     for stream in streams:
         os.close(stream)
     connection.send(str(pid).encode())
@@ -171,11 +183,10 @@ def _become(
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _main(arguments: Sequence[str]) -> None:
-    from adaptbot_cli.cli.main import main
-
+def _main(entry: str, arguments: Sequence[str]) -> None:
+    module, _, function = entry.partition(":")
     sys.argv = ["adaptbot", *arguments]
-    main()
+    getattr(import_module(module), function)()
 
 
 def _ended(work: Callable[[], None]) -> None:
