@@ -6,9 +6,11 @@ starts (its encodings, its hash seed) needs a Python of its own: see `Home.pytho
 """
 
 import fcntl
+import gc
 import io
 import json
 import os
+import pkgutil
 import random
 import select
 import signal
@@ -29,12 +31,13 @@ from typing import Any
 
 IMPORTED = (
     "adaptbot_cli.cli.main",
-    "adaptbot_cli.session",
-    "adaptbot_cli.adapters.lexicon",
+    "litellm",
     "nltk.corpus.reader.wordnet",
+    "pytest",
     "questionary",
     "rich.live",
 )
+NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.local")
 
 
 ADAPTBOT = "adaptbot_cli.cli.main:main"
@@ -113,8 +116,9 @@ _kept: list[Any] = []
 
 
 def _serve(address: str) -> None:
-    for name in (*IMPORTED, "litellm"):
+    for name in IMPORTED:
         import_module(name)
+    _warm_up()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(address)
@@ -127,6 +131,23 @@ def _serve(address: str) -> None:
                 listening.close()
                 _handle(connection)
             connection.close()
+
+
+def _warm_up() -> None:
+    """Do once what each command would do again: import, open the lexicon, read the packs."""
+    from adaptbot_cli import session
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.workspace import Workspace
+
+    package = import_module("adaptbot_cli").__path__
+    for module in pkgutil.walk_packages(package, "adaptbot_cli."):
+        if not module.name.startswith(NOT_IMPORTED):
+            import_module(module.name)
+    WordNet().senses("pan")
+    for domain in ("kitchen", "household"):
+        session.load(Workspace(Path("nowhere")), domain)
+    gc.collect()
+    gc.freeze()  # what is here is shared with every command, and never garbage
 
 
 def _until_the_tests_end(server: int) -> None:
