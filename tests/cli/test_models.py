@@ -148,12 +148,12 @@ def pursued(home: Home, at: Loopback, **request: Any) -> tuple[Result, str]:
     """Run in this process, where litellm is imported once for all tests."""
     answers = Path(home.write("answers.yaml", TRUFFLE))
     asked = {
-        "task": "make omelette",
+        "task": "make salad",
         "domain": "kitchen",
         "model": "openai/planner",
         "api_base": at.url,
         "answers": answers,
-        "requires": ("egg", "truffle"),
+        "requires": ("truffle",),
         **request,
     }
     console = Console(file=io.StringIO(), width=200)
@@ -186,13 +186,13 @@ def test_a_model_that_fails_at_a_re_prompt_loses_nothing(
 def test_what_was_recorded_live_replays_byte_for_byte(home: Home, tmp_path: Path) -> None:
     """Without key, network or model: the server is gone, and litellm is not even imported."""
     answers = home.write("answers.yaml", TRUFFLE)
-    requires = ["--requires", "egg,truffle", "--answers", answers]
+    requires = ["--requires", "truffle", "--answers", answers]
     for number, rest in enumerate(([says(TEA)], [refuses(400, KEY)], [says(PLAN + "wait(1)\n")])):
         recorded = tmp_path / f"{number}.yaml"
         with serving(says(PLAN), *rest) as at:
             kept = ["--workspace", str(tmp_path / f"w{number}"), "--record", str(recorded)]
             more = [*requires, *kept]
-            live_run = home.adaptbot("run", "make omelette", *live(at, *more), OPENAI_API_KEY=KEY)
+            live_run = home.adaptbot("run", "make salad", *live(at, *more), OPENAI_API_KEY=KEY)
         assert live_run.code == 3 and KEY not in live_run.out + live_run.err
         workspace = find(tmp_path / f"w{number}")
         header, _ = read(recorded)
@@ -256,8 +256,8 @@ def test_ctrl_c_ends_a_stream_at_once_and_keeps_the_answers(home: Home) -> None:
             to.event({"content": TEA})
 
     with serving(says(PLAN), endless) as at:
-        arguments = live(at, "--requires", "egg,truffle", "--answers", answers)
-        with home.begun("run", "make omelette", *arguments) as running:
+        arguments = live(at, "--requires", "truffle", "--answers", answers)
+        with home.begun("run", "make salad", *arguments) as running:
             assert streams.wait(90), "no second answer was asked for"
             running.process.kill(signal.SIGINT)
             ended = running.ends()

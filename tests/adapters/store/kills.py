@@ -4,6 +4,7 @@ The long series (`-m slow`) kills at every step, a short one where something beg
 some of the other steps, which a seed chooses.
 """
 
+import gc
 import json
 import os
 import random
@@ -54,6 +55,7 @@ def _apart(before: Callable[[str], None], work: Callable[[], object]) -> tuple[i
     listen, tell = os.pipe()
     pid = os.fork()
     if pid == 0:
+        gc.freeze()  # what is here already is shared with the parent, and never garbage
         names = []
 
         def step(name: str) -> None:

@@ -113,7 +113,8 @@ def killed(
     verb(done)
     whole, commits = content(done), len(list(Repo.open_or_init(done).log()))
     assert at_one(done) and old_head != Repo.open_or_init(done).head()
-    names = named(lambda: verb(copied("named")))
+    root = copied("named")
+    names = named(lambda: verb(root))
     series = range(1, len(names) + 1) if long else chosen(names)
     outcomes = []
     for number, step in enumerate(series):
