@@ -11,6 +11,7 @@ import pytest
 from rdflib import Literal
 
 from adaptbot_cli import session
+from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.core.delta import Delta
@@ -85,6 +86,7 @@ VERBS: list[tuple[Callable[[Path], None], bool]] = [
 def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A workspace that has been used once."""
     top = tmp_path_factory.mktemp("first")
+    WordNet().senses("pan")  # opened here, not in each process that is killed
     (top / "answers.yaml").write_text(LEEK)
     (top / "given.ttl").write_text(GIVEN)
     keeper(top / "home").keep(item("okra", "fridge"))
