@@ -50,7 +50,7 @@ class Handler(BaseHTTPRequestHandler):
         try:
             answer(self)
         except OSError:  # the client has gone
-            self.server.left.append(time.monotonic())
+            self.server.left.set()
             self.close_connection = True
 
     def give(self, status: int, value: object, **headers: str) -> None:
@@ -280,13 +280,13 @@ def calls_tools(*calls: tuple[str, Mapping[str, Any]], index: int | None = None)
 
 @dataclass(eq=False)
 class Loopback(ThreadingHTTPServer):
-    """The server. `asked` are its requests, `left` the times at which a client had gone."""
+    """The server. `asked` are its requests; `left` is set when a client has gone too early."""
 
     answers: Sequence[Answer]
     models: Sequence[str] = ("planner",)
     details: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     asked: list[Asked] = field(default_factory=list)
-    left: list[float] = field(default_factory=list)
+    left: threading.Event = field(default_factory=threading.Event)
     over: threading.Event = field(default_factory=threading.Event)
 
     def __post_init__(self) -> None:

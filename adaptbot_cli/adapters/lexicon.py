@@ -6,7 +6,7 @@ Importing this module does not import nltk: that takes most of a first lookup's 
 import io
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple, Protocol, get_args
 
@@ -66,7 +66,7 @@ class WordNet:
 
     @cached_property
     def _reader(self) -> "_Reader":
-        return _open(_Files(self._folder))
+        return _open(self._folder)
 
 
 class _Synset(Protocol):
@@ -173,9 +173,13 @@ class _Files:
         return {name: digest for digest, _, name in (line.partition(" ") for line in lines)}
 
 
-def _open(files: _Files) -> _Reader:
+@lru_cache(maxsize=1)
+def _open(folder: Path) -> _Reader:
+    """Open the files of a folder: once in a process, for half a second's work each time."""
     from nltk.corpus.reader.wordnet import WordNetCorpusReader  # type: ignore[import-untyped]
     from nltk.data import PathPointer  # type: ignore[import-untyped]
+
+    files = _Files(folder)
 
     class ShippedReader(WordNetCorpusReader):  # type: ignore[misc]
         """nltk's reader, except for where bytes come from and what is done besides."""

@@ -1,41 +1,42 @@
 """Runs the real command as its users do: a process of its own, a home of its own, no keys."""
 
+import io
 import json
 import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.cli.main import main
 from tests.cli import forking
 
 ROOT = Path(__file__).parents[2]
 TRANSCRIPTS = ROOT / "transcripts"
 
-_MANY = """
-import contextlib, io, json, sys, traceback
-from adaptbot_cli.cli.main import main
 
-ended = []
-for arguments in json.load(sys.stdin):
-    sys.argv = ["adaptbot", *arguments]
-    out, err, code = io.StringIO(), io.StringIO(), 0
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            main()
-        except SystemExit as end:
-            code = end.code or 0
-        except BaseException:
-            code = 1
-            traceback.print_exc()
-    ended.append([code, out.getvalue(), err.getvalue()])
-json.dump(ended, sys.stdout)
-"""
+def many() -> None:
+    """Run the commands that stdin lists, in this process; write how each of them ended."""
+    ended = []
+    for arguments in json.load(sys.stdin):
+        sys.argv = ["adaptbot", *arguments]
+        out, err, code = io.StringIO(), io.StringIO(), 0
+        with redirect_stdout(out), redirect_stderr(err):
+            try:
+                main()
+            except SystemExit as end:
+                code = end.code or 0  # type: ignore[assignment]
+            except BaseException:
+                code = 1
+                traceback.print_exc()
+        ended.append([code, out.getvalue(), err.getvalue()])
+    json.dump(ended, sys.stdout)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,20 @@ class Ended:
     def json(self) -> Any:
         """What stdout holds: one JSON value and nothing else."""
         return json.loads(self.out)
+
+
+@dataclass(frozen=True, slots=True)
+class Begun:
+    """A command that runs, with what it writes."""
+
+    process: forking.Process
+    out: IO[bytes]
+    err: IO[bytes]
+
+    def ends(self) -> Ended:
+        """Wait for its end."""
+        code = self.process.wait()
+        return Ended(code, *(file.seek(0) or file.read().decode() for file in (self.out, self.err)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,20 +98,32 @@ class Home:
         """Run one command."""
         if any(key.startswith(("PYTHON", "LANG", "LC_")) for key in env):
             return self.python("-m", "adaptbot_cli", *arguments, stdin=stdin, **env)
+        with self.begun(*arguments, stdin=stdin, **env) as begun:
+            return begun.ends()
+
+    def adaptbots(self, commands: Sequence[Sequence[str]]) -> list[Ended]:
+        """Run many commands in one process, for those that only read what they are told."""
+        asked = json.dumps(commands).encode()
+        with self.begun(stdin=asked, entry="tests.cli.command:many") as begun:
+            ended = begun.ends()
+        assert ended.code == 0, ended.err
+        return [Ended(*told) for told in ended.json()]
+
+    @contextmanager
+    def begun(
+        self, *arguments: str, stdin: bytes = b"", entry: str = forking.ADAPTBOT, **env: str
+    ) -> Iterator["Begun"]:
+        """Begin a command that is gone afterwards, however the test went."""
         with ExitStack() as stack:
             given, out, err = (stack.enter_context(tempfile.TemporaryFile()) for _ in range(3))
             given.write(stdin)
             given.seek(0)
             streams = (given.fileno(), out.fileno(), err.fileno())
-            code = forking.start(arguments, self.folder, self.environment(**env), streams).wait()
-            texts = [file.seek(0) or file.read().decode() for file in (out, err)]
-        return Ended(code, *texts)
-
-    def adaptbots(self, commands: Sequence[Sequence[str]]) -> list[Ended]:
-        """Run many commands in one process, for those that only read what they are told."""
-        ended = self.python("-c", _MANY, stdin=json.dumps(commands).encode())
-        assert ended.code == 0, ended.err
-        return [Ended(*told) for told in ended.json()]
+            process = forking.start(
+                arguments, self.folder, self.environment(**env), streams, entry=entry
+            )
+            stack.callback(process.kill)
+            yield Begun(process, out, err)
 
     def python(self, *arguments: str, stdin: bytes = b"", **env: str) -> Ended:
         """Run Python in this home."""

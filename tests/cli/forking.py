@@ -6,10 +6,13 @@ starts (its encodings, its hash seed) needs a Python of its own: see `Home.pytho
 """
 
 import fcntl
+import gc
 import io
 import json
 import os
+import pkgutil
 import random
+import select
 import signal
 import socket
 import subprocess
@@ -22,17 +25,23 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 IMPORTED = (
     "adaptbot_cli.cli.main",
-    "adaptbot_cli.session",
-    "adaptbot_cli.adapters.lexicon",
+    "litellm",
     "nltk.corpus.reader.wordnet",
+    "pytest",
     "questionary",
     "rich.live",
 )
+NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.local")
+
+
+ADAPTBOT = "adaptbot_cli.cli.main:main"
+"""What a forked process calls unless it is told something else: a module, and a function of it."""
 
 
 @dataclass
@@ -51,6 +60,13 @@ class Process:
                 self._code = os.waitstatus_to_exitcode(int(self._connection.recv(64)))
         return self._code
 
+    @property
+    def runs(self) -> bool:
+        """Whether it has not ended yet."""
+        if self._code is None and select.select([self._connection], [], [], 0)[0]:
+            self.wait()
+        return self._code is None
+
     def kill(self, how: int = signal.SIGKILL) -> None:
         """Send it a signal, if it still runs; of SIGKILL, see the end."""
         if self._code is None:
@@ -66,11 +82,12 @@ def start(
     environment: Mapping[str, str],
     streams: tuple[int, int, int],
     terminal: bool = False,
+    entry: str = ADAPTBOT,
 ) -> Process:
-    """Start a command on three open files; with `terminal` they are a terminal, which it gets."""
+    """Start a command on three open files; with `terminal` the first is one, which it gets."""
     connection = socket.socket(socket.AF_UNIX)
     connection.connect(_server())
-    request = [list(arguments), str(folder), dict(environment), terminal]
+    request = [entry, list(arguments), str(folder), dict(environment), terminal]
     socket.send_fds(connection, [json.dumps(request).encode()], list(streams))
     connection.shutdown(socket.SHUT_WR)
     return Process(int(connection.recv(64)), connection)
@@ -99,10 +116,9 @@ _kept: list[Any] = []
 
 
 def _serve(address: str) -> None:
-    from importlib import import_module
-
-    for name in (*IMPORTED, "litellm"):
+    for name in IMPORTED:
         import_module(name)
+    _warm_up()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(address)
@@ -115,6 +131,23 @@ def _serve(address: str) -> None:
                 listening.close()
                 _handle(connection)
             connection.close()
+
+
+def _warm_up() -> None:
+    """Do once what each command would do again: import, open the lexicon, read the packs."""
+    from adaptbot_cli import session
+    from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.workspace import Workspace
+
+    package = import_module("adaptbot_cli").__path__
+    for module in pkgutil.walk_packages(package, "adaptbot_cli."):
+        if not module.name.startswith(NOT_IMPORTED):
+            import_module(module.name)
+    WordNet().senses("pan")
+    for domain in ("kitchen", "household"):
+        session.load(Workspace(Path("nowhere")), domain)
+    gc.collect()
+    gc.freeze()  # what is here is shared with every command, and never garbage
 
 
 def _until_the_tests_end(server: int) -> None:
@@ -133,12 +166,12 @@ def _handle(connection: socket.socket) -> None:
     request, streams, _, _ = socket.recv_fds(connection, 1 << 16, 3)
     while more := connection.recv(1 << 16):
         request += more
-    arguments, folder, environment, terminal = json.loads(request)
+    entry, arguments, folder, environment, terminal = json.loads(request)
     pid = os.fork()
     if pid == 0:
         connection.close()
         _become(streams, folder, environment, terminal)
-        _ended(lambda: _main(arguments))
+        _ended(lambda: _main(entry, arguments))
     for stream in streams:
         os.close(stream)
     connection.send(str(pid).encode())
@@ -171,11 +204,10 @@ def _become(
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _main(arguments: Sequence[str]) -> None:
-    from adaptbot_cli.cli.main import main
-
+def _main(entry: str, arguments: Sequence[str]) -> None:
+    module, _, function = entry.partition(":")
     sys.argv = ["adaptbot", *arguments]
-    main()
+    getattr(import_module(module), function)()
 
 
 def _ended(work: Callable[[], None]) -> None:

@@ -3,23 +3,17 @@
 import re
 import shutil
 import signal
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pexpect
 import pytest
 import yaml
 
 from adaptbot_cli.adapters.store.git import Repo
-from tests.cli.attended import begin
+from tests.cli.attended import CTRL_C, DOWN, ENTER, UP, tty
 from tests.cli.command import Home
 
-COLUMNS = 80
 EXISTS, ABSENT, SAME, LATER = "y", "n", "a", "l"
-ENTER, CTRL_C = "\r", "\x03"
 
 CHIVES = 'I do not know "chives"'
 FORM = "What do you know of chives"
@@ -35,51 +29,6 @@ QUESTIONS: dict[str, tuple[str, Dialogue, str]] = {
     "attribute": ("salad", [], "Can cucumber be sliced"),
     "review": ("salad", [("Can cucumber be sliced", "y")], "Keep this"),
 }
-
-
-class Terminal:
-    """`adaptbot run` in a terminal; `screen` is everything that has appeared on it."""
-
-    def __init__(self, home: Home, *arguments: str, command: str = "run", **env: str) -> None:
-        self.home = home
-        self.process, self.command = begin(home, command, *arguments, rows=40, **env)
-        self.screen = ""
-
-    def sees(self, text: str) -> "Terminal":
-        """Wait for a text."""
-        self.process.expect_exact(text)
-        self.screen += self.process.before + self.process.after
-        return self
-
-    def answers(self, *dialogue: tuple[str, str]) -> "Terminal":
-        """Answer each question when it appears and waits for keys."""
-        for question, keys in dialogue:
-            self.waits(question)
-            self.process.send(keys)
-        return self
-
-    def waits(self, question: str) -> "Terminal":
-        """Wait until a question can be answered: its hint stands after it."""
-        self.process.expect(re.escape(question) + r"[^»]{0,160}?\((one key|type to|Y/n|Enter: )")
-        self.screen += self.process.before + self.process.after
-        return self
-
-    def ends(self) -> int:
-        """Wait for the end; return the exit code."""
-        self.process.expect(pexpect.EOF)
-        self.screen += self.process.before
-        return self.command.wait()
-
-
-@contextmanager
-def terminal(home: Home, *arguments: str, command: str = "run", **env: str) -> Iterator[Terminal]:
-    """Run in a terminal that is gone afterwards, however the test went."""
-    opened = Terminal(home, *arguments, command=command, **env)
-    try:
-        yield opened
-    finally:
-        opened.command.kill()
-        opened.process.close()
 
 
 @pytest.fixture
@@ -146,7 +95,7 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
     task, dialogue, waiting = QUESTIONS[question]
     forget(there, task)
     before = knowledge(there)
-    with terminal(there, task) as opened:
+    with tty(there, "run", task) as opened:
         opened.answers(*dialogue).waits(waiting)
         if way == "key":
             opened.process.send(CTRL_C)
@@ -164,7 +113,7 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
 
 def test_an_item_that_exists_is_learned_with_its_place(home: Home) -> None:
     dialogue = [(CHIVES, EXISTS), ("What is chives", "1"), (FORM, f"fri{ENTER}\t")]
-    with terminal(home, "make omelette") as opened:
+    with tty(home, "run", "make omelette") as opened:
         opened.answers(*dialogue, ("Keep this", ENTER))
         opened.sees("executable, goal met")
         assert opened.ends() == 0
@@ -178,7 +127,7 @@ def test_an_item_that_exists_is_learned_with_its_place(home: Home) -> None:
 
 def test_another_name_is_learned(home: Home) -> None:
     dialogue = [(CHIVES, SAME), ("Which one is", f"parsl{ENTER}"), ("Keep this", "y")]
-    with terminal(home, "make omelette") as opened:
+    with tty(home, "run", "make omelette") as opened:
         opened.answers(*dialogue)
         assert opened.ends() == 0
     assert told(home) == ["is parsley"]
@@ -186,7 +135,7 @@ def test_another_name_is_learned(home: Home) -> None:
 
 
 def test_an_absence_is_learned(home: Home) -> None:
-    with terminal(home, "make omelette") as opened:
+    with tty(home, "run", "make omelette") as opened:
         opened.answers((CHIVES, ABSENT), ("Keep this", "y"))
         assert opened.ends() == 0
     assert "dropped" in opened.screen
@@ -196,7 +145,7 @@ def test_an_absence_is_learned(home: Home) -> None:
 def test_what_is_refused_in_the_review_is_not_committed(there: Home) -> None:
     forget(there, "salad")
     before = knowledge(there)
-    with terminal(there, "salad") as opened:
+    with tty(there, "run", "salad") as opened:
         opened.answers(("Can cucumber be sliced", "y"), ("Keep this", "n"))
         assert opened.ends() == 3  # without the answer the plan is not known to be executable
     assert "committed as" not in opened.screen
@@ -206,28 +155,14 @@ def test_what_is_refused_in_the_review_is_not_committed(there: Home) -> None:
 
 def test_json_in_a_terminal_has_stdout_alone(home: Home) -> None:
     out = home.folder / "out.json"
-    command = f'exec "{sys.executable}" -m adaptbot_cli run omelette --json > "{out}"'
-    process = pexpect.spawn(
-        "/bin/sh",
-        ["-c", command],
-        cwd=str(home.folder),
-        dimensions=(40, COLUMNS),
-        encoding="utf-8",
-        timeout=60,
-        env=home.environment(TERM="xterm", PROMPT_TOOLKIT_NO_CPR="1"),
-    )
-    process.expect_exact(CHIVES)
-    process.expect_exact("one key")
-    process.send(LATER)
-    process.expect(pexpect.EOF)
-    process.close()
-    assert process.exitstatus == 0
+    with tty(home, "run", "omelette", "--json", out=out) as opened:
+        assert opened.answers((CHIVES, LATER)).ends() == 0
     assert out.read_text(encoding="utf-8").startswith("{\n") and "\x1b" not in out.read_text()
 
 
 @pytest.mark.parametrize("env", [{"NO_COLOR": "1"}, {"TERM": "dumb"}], ids=["NO_COLOR", "dumb"])
 def test_no_colour_where_none_is_wanted(home: Home, env: dict[str, str]) -> None:
-    with terminal(home, "make omelette", **env) as opened:
+    with tty(home, "run", "make omelette", **env) as opened:
         opened.answers((CHIVES, LATER))
         assert opened.ends() == 0
     colours = re.findall(r"\x1b\[(?:\d+;)*[34]\d[;m]", opened.screen)
@@ -246,7 +181,7 @@ def test_one_new_object_costs_four_prompts_and_at_most_eight_keys(home: Home) ->
         ("What do you know of shallot", f"fri{ENTER}{ENTER}"),
         ("Keep this", ENTER),
     ]
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers(*dialogue)
         assert opened.ends() == 0
     assert len(dialogue) <= 4
@@ -256,7 +191,7 @@ def test_one_new_object_costs_four_prompts_and_at_most_eight_keys(home: Home) ->
 
 
 def test_back_corrects_an_answer_and_keeps_the_others(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "3"))
         opened.answers(("What do you know of shallot", "\x1b"), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}\t"), ("Keep this", ENTER))
@@ -268,7 +203,7 @@ def test_back_corrects_an_answer_and_keeps_the_others(home: Home) -> None:
 
 
 def test_the_review_keeps_a_part(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
         opened.answers(("Keep this", f"\x1b[B\x1b[B {ENTER}"))
@@ -279,7 +214,7 @@ def test_the_review_keeps_a_part(home: Home) -> None:
 
 
 def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
         opened.answers(("Keep this", f"\x1b[B {ENTER}"))
@@ -288,7 +223,7 @@ def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(h
 
 
 def test_what_the_review_left_out_stays_so_after_a_correction(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}{ENTER}"))
         up = "\x1b[A"
@@ -299,7 +234,7 @@ def test_what_the_review_left_out_stays_so_after_a_correction(home: Home) -> Non
 
 
 def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}"))
         opened.answers(("What do you know of shallot", CTRL_C))
@@ -312,7 +247,7 @@ def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
 
 
 def test_the_review_goes_back_and_asks_at_ctrl_c_as_a_question_does(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", f"fri{ENTER}\t"), ("Keep this", "\x1b"))
         opened.answers(("What do you know of shallot", f"\x7fcup{ENTER}\t"))
@@ -323,13 +258,12 @@ def test_the_review_goes_back_and_asks_at_ctrl_c_as_a_question_does(home: Home) 
     assert any(fact.startswith("+ shallot obj_location") for fact in learned(home))
 
 
-UP, DOWN = "\x1b[A", "\x1b[B"
 FILLED = f"fri{ENTER}nyn{ENTER}"
 """The fridge; no liquid, to be sliced, not to be boiled; the rest as it is likely."""
 
 
 def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", FILLED))
         opened.answers(("Keep this", f"{DOWN * 4}c"))  # its being boiled
@@ -350,7 +284,7 @@ def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home)
 
 
 def test_ctrl_c_in_a_form_that_is_shown_again_keeps_all_of_it(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", FILLED))
         opened.answers(("Keep this", f"{DOWN * 3}c"))  # its being sliced
@@ -363,13 +297,13 @@ def test_ctrl_c_in_a_form_that_is_shown_again_keeps_all_of_it(home: Home) -> Non
 
 
 def test_a_run_cut_off_in_a_correction_goes_on_with_the_whole_form(home: Home) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.answers(("What do you know of shallot", FILLED))
         opened.answers(("Keep this", f"{DOWN * 4}c"), ("What do you know of shallot", CTRL_C))
         opened.answers(("Keep what you have told so far", "n"))
         assert opened.ends() == 130
-    with terminal(home, command="resume") as opened:
+    with tty(home, "resume") as opened:
         opened.answers(("What do you know of shallot", f"{DOWN * 3}y{ENTER}"))
         opened.answers(("Keep this", ENTER))
         assert opened.ends() == 0
@@ -380,7 +314,7 @@ def test_a_run_cut_off_in_a_correction_goes_on_with_the_whole_form(home: Home) -
 
 @pytest.mark.parametrize("way", ["ctrl-c", "kill", "cut"])
 def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -> None:
-    with terminal(home, *SALAD) as opened:
+    with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "1"))
         opened.waits("What do you know of shallot")
         opened.command.kill(signal.SIGINT if way == "ctrl-c" else signal.SIGKILL)
@@ -392,7 +326,7 @@ def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -
     if way == "cut":
         (path,) = (home.workspace / "transcripts").glob("*.yaml")
         path.write_bytes(path.read_bytes() + b"---\nturn: ask\nkind: place\nabout: shal")
-    with terminal(home, command="resume") as opened:
+    with tty(home, "resume") as opened:
         opened.answers(("What do you know of shallot", f"fri{ENTER}\t"), ("Keep this", ENTER))
         assert opened.ends() == 0
     assert SHALLOT not in opened.screen.replace("? " + SHALLOT, "")

@@ -1,8 +1,5 @@
 """`adaptbot domain new`, `check` and `docs`, as a newcomer types them."""
 
-import subprocess
-import sys
-
 import pytest
 
 from adaptbot_cli import session
@@ -145,13 +142,10 @@ def test_a_page_that_cannot_be_written_or_of_nothing(used: Home) -> None:
 
 
 def test_two_that_start_one_domain_at_once(home: Home) -> None:
-    command = [sys.executable, "-m", "adaptbot_cli", "domain", "new", "garden"]
-    both = [
-        subprocess.Popen(command, cwd=home.folder, env=home.environment(), stderr=subprocess.PIPE)
-        for _ in range(2)
-    ]
-    ends = sorted((process.communicate()[1].decode(), process.returncode) for process in both)
-    assert sorted(code for _, code in ends) == [0, 2], ends
+    new = ("domain", "new", "garden")
+    with home.begun(*new) as one, home.begun(*new) as two:
+        ends = [one.ends(), two.ends()]
+    assert sorted(ended.code for ended in ends) == [0, 2], ends
     assert len(home.subjects()) == 1
 
 

@@ -2,8 +2,6 @@
 
 import json
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -223,22 +221,15 @@ def test_ctrl_c_loses_no_trial(jobs: str, home: Home) -> None:
     path = home.write("many.jsonl", rows(60))
     results = home.folder / "trials.jsonl"
     command = ["eval", path, "--domain", "kitchen", "--jobs", jobs, "--results", str(results)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "adaptbot_cli", *command],
-        cwd=home.folder,
-        env=home.environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
-    end = time.monotonic() + 90
-    while time.monotonic() < end and not (results.exists() and results.read_text().count("\n") > 4):
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
+    with home.begun(*command) as running:
+        while not (results.exists() and results.read_text().count("\n") > 4):
+            assert running.process.runs, "it ended too early"
+            time.sleep(0.02)
+        running.process.kill(signal.SIGINT)
+        interrupted = running.ends()
+    assert interrupted.code == 130
     kept = results.read_text().splitlines()
-    assert f"{len(kept) - 1} of 180 trials are kept: the same command goes on" in err.decode()
+    assert f"{len(kept) - 1} of 180 trials are kept: the same command goes on" in interrupted.err
     before = {json.loads(line)["trial"]["id"] for line in kept[1:]}
     assert before
     ended = home.adaptbot(*command, "--limit", "60", "--json")

@@ -148,12 +148,16 @@ def test_every_transcript_has_lines(path: Path) -> None:
     assert retrace(path, NOWHERE) == progress
 
 
+@pytest.mark.parametrize("most", [6, pytest.param(1_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("path", TRANSCRIPTS, ids=lambda path: path.stem)
-def test_an_interrupted_transcript_is_told_as_far_as_it_came(path: Path, tmp_path: Path) -> None:
+def test_an_interrupted_transcript_is_told_as_far_as_it_came(
+    path: Path, most: int, tmp_path: Path
+) -> None:
+    """It is cut after each of its documents, or after about so many, the last but one too."""
     header, turns = read(path)
     whole = retrace(path, NOWHERE)
     told = 0
-    for count in range(len(turns)):
+    for count in sorted({*range(0, len(turns), len(turns) // most + 1), len(turns) - 1}):
         cut = tmp_path / "cut.yaml"
         cut.write_text("".join(map(dump, (header, *turns[:count]))), encoding="utf-8")
         try:

@@ -228,7 +228,6 @@ def test_the_policy_of_the_paper(dry: Dry) -> None:
     assert home.files() == {"paper.yaml"}
 
 
-@pytest.mark.slow
 def test_every_known_task_has_a_plan_that_meets_its_goal(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path / "none")
     tasks = session.load(workspace, "kitchen").domain.tasks

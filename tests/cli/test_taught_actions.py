@@ -1,26 +1,36 @@
 """What a taught action leaves in a home: kept, told where it is from, undone without a trace."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from tests.cli.command import Home
 from tests.modelserver import scripted_model
 
 PLAN = """\
+peel("carrot", "knife")
 crisp_up("carrot", "pan", 5)
 activate("stove")
 put_down_obj("carrot", "bowl")
 put_down_rec("bowl", "table")
 """
 ANSWERS = """\
+peel: {existence: exists, like: slice}
 crisp_up: {existence: exists, like: none, changes: ["obj: fried"], requires: ["rec: for frying"]}
 activate: {existence: fixed, which: switch, part: state, state: "on"}
 """
 ACTIONS = "kg/kitchen/actions.ttl"
 
 
-@pytest.fixture
-def taught(home: Home) -> Home:
-    """Return a home where an action and a name for one with a fixed argument were taught."""
+TAUGHT = ("peel", "crisp_up", "activate")
+TRACES = ("peel_needs", "crisp_up", "activate")
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Home:
+    """Return a home where two actions and a name for one with a fixed argument were taught."""
+    home = Home(tmp_path_factory.mktemp("once"))
     told = home.write("told.yaml", ANSWERS)
     with scripted_model(PLAN) as model:
         run = ("run", "make a snack", "--replans", "0", "--answers", told)
@@ -29,10 +39,17 @@ def taught(home: Home) -> Home:
     return home
 
 
+@pytest.fixture
+def taught(once: Home, tmp_path: Path) -> Home:
+    """Return a copy of it."""
+    shutil.copytree(once.folder, tmp_path, dirs_exist_ok=True)
+    return Home(tmp_path)
+
+
 def undone(home: Home) -> bool:
     """Tell whether nothing is left of what was taught, in any file."""
     texts = [path.read_text(encoding="utf-8") for path in (home.workspace / "kg").rglob("*.ttl")]
-    return not any(word in text for text in texts for word in ("crisp_up", "activate"))
+    return not any(word in text for text in texts for word in TRACES)
 
 
 def test_it_is_kept_whole(taught: Home) -> None:
@@ -44,10 +61,11 @@ def test_it_is_kept_whole(taught: Home) -> None:
     assert (taught.workspace / ACTIONS).read_text(encoding="utf-8").count("crisp_up_number") == 2
 
 
-@pytest.mark.parametrize("name", ["crisp_up", "activate"])
+@pytest.mark.parametrize("name", TAUGHT)
 def test_why_tells_the_answer(taught: Home, name: str) -> None:
     told = taught.adaptbot("kg", "why", name)
     assert told.code == 0 and "make a snack" in told.said
+    assert ("switch, always with state on" in told.said) == (name == "activate")
 
 
 def test_the_difference_is_told_in_words_and_whole_to_programs(taught: Home) -> None:
@@ -72,7 +90,8 @@ def test_the_commit_is_undone_without_a_trace(taught: Home) -> None:
 
 def test_one_answer_after_the_other_is_undone(taught: Home) -> None:
     head = taught.adaptbot("kg", "log", "-n", "1").said.split()[0]
-    for n, gone, kept in ((2, "activate", "crisp_up"), (1, "crisp_up", "ab:calledAs")):
+    rest = ((3, "activate", "crisp_up"), (2, "crisp_up", "peel"), (1, "peel", "ab:calledAs"))
+    for n, gone, kept in rest:
         ended = taught.adaptbot("kg", "revert", "--answer", f"{head}.{n}", "--yes")
         assert ended.code == 0, ended.said
         text = (taught.workspace / ACTIONS).read_text(encoding="utf-8")
@@ -80,9 +99,14 @@ def test_one_answer_after_the_other_is_undone(taught: Home) -> None:
     assert undone(taught)
 
 
-@pytest.mark.parametrize("name", ["crisp_up", "activate"])
+@pytest.mark.parametrize("name", TAUGHT)
 def test_it_is_retracted_with_its_parts(taught: Home, name: str) -> None:
     ended = taught.adaptbot("kg", "retract", name, "--yes")
     assert ended.code == 0, ended.said
     assert name not in (taught.workspace / ACTIONS).read_text(encoding="utf-8")
     assert taught.adaptbot("domain", "check", "kitchen").code == 0
+
+
+def test_an_action_on_which_another_name_rests_is_not_retracted(taught: Home) -> None:
+    refused = taught.adaptbot("kg", "retract", "switch", "--yes")
+    assert refused.code == 2 and "actions.ttl" in refused.said

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
 
@@ -41,6 +41,7 @@ from adaptbot_cli.core.turns import (
     Turn,
 )
 from adaptbot_cli.core.tutor import pursue
+from tests.properties import examples
 from tests.worlds import W, changed, facts, parsed, workshop
 
 PLAN = """\
@@ -173,7 +174,7 @@ WRONG = {
 }
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(ways=st.lists(st.none() | st.integers(0, 9), max_size=12))
 def test_any_way_back_leads_where_the_answers_lead(ways: list[int | None]) -> None:
     straight, expected = drive(Person(STRAIGHT))
@@ -186,7 +187,7 @@ def test_any_way_back_leads_where_the_answers_lead(ways: list[int | None]) -> No
     ]
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     first=st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in WRONG.items()}),
     ways=st.lists(st.none() | st.integers(0, 9), max_size=6),
@@ -202,7 +203,7 @@ def test_corrected_answers_lead_where_the_right_ones_lead(
     assert answers(result) == answers(straight)
 
 
-@settings(max_examples=15, deadline=None)
+@examples(15)
 @given(ways=st.lists(st.none() | st.integers(0, 9), max_size=8))
 def test_an_answered_question_never_recurs(ways: list[int | None]) -> None:
     person = Person(STRAIGHT, ways)

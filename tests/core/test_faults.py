@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
@@ -14,6 +14,7 @@ from adaptbot_cli.core.faults import fact_faults, faults
 from adaptbot_cli.core.faults import new_faults as new_faults_of
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.resources import bundled
+from tests.properties import examples
 from tests.worlds import W, changed, facts, workshop
 
 _DEFAULT = Path(__file__).resolve().parents[3] / "shared" / "published"
@@ -142,7 +143,7 @@ def test_a_change_is_judged_by_what_it_touches(name: str) -> None:
     assert {fault.key for fault in faults(kg)} - old == {fault.key for fault in found}
 
 
-@settings(deadline=None, max_examples=60)
+@examples(60)
 @given(st.data())
 def test_any_change_is_judged_as_the_whole_graph_is(data: st.DataObject) -> None:
     kg = workshop()

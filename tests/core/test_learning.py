@@ -1,7 +1,7 @@
 """From an answer to facts: what each outcome of a question teaches, and what is asked next."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
@@ -16,6 +16,7 @@ from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, FALSE, TRUE
 from tests.hostile_names import NAMES
+from tests.properties import examples
 from tests.worlds import W, facts, parsed, replaced, scene, workshop
 
 PART, TOOL = URIRef(W + "part"), URIRef(W + "tool")
@@ -342,7 +343,7 @@ def test_a_question_about_any_name_can_be_put(name: str) -> None:
     assert learning.attribute_question(kg, name, prop, "").text.startswith("Can one drill ")
 
 
-@settings(deadline=None, max_examples=60)
+@examples(60)
 @given(st.lists(st.text(max_size=40), min_size=1, max_size=4))
 def test_different_names_get_different_iris(names: list[str]) -> None:
     kg = SHARED

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -18,6 +17,7 @@ from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import STATES
+from tests.hanging import ends
 from tests.worlds import GOOD, W, facts, parsed, replaced, scene, workshop
 
 ROOT = Path(__file__).parents[2]
@@ -120,10 +120,9 @@ def test_what_no_action_can_do_is_a_finding() -> None:
     assert findings("sell(board)") == [("E401", "board must be blessed")]
 
 
-def test_a_condition_that_can_never_hold_ends_soon() -> None:
-    start = time.perf_counter()
-    assert findings("stretch(board)") == [("E401", "board must be in two places")]
-    assert time.perf_counter() - start < 60
+def test_a_condition_that_can_never_hold_ends() -> None:
+    with ends():
+        assert findings("stretch(board)") == [("E401", "board must be in two places")]
 
 
 def test_a_step_whose_repair_would_need_itself_ends() -> None:

@@ -40,7 +40,6 @@ def add_action(home: Home, query: str) -> None:
         )
 
 
-@pytest.mark.slow
 def test_a_condition_that_never_ends(home: Home) -> None:
     """Its patterns share no variable; it ends when the plan has the action, by the clock."""
     patterns = " ".join(f"?s{i} ?p{i} ?o{i} ." for i in range(8))

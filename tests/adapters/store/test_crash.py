@@ -11,6 +11,7 @@ import pytest
 from rdflib import Literal
 
 from adaptbot_cli import session
+from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.core.delta import Delta
@@ -18,7 +19,7 @@ from adaptbot_cli.session import changing, querying, starting, teaching
 from adaptbot_cli.session.knowing import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
-from tests.adapters.store.kills import at_one, killed_at, steps
+from tests.adapters.store.kills import SEED, at_one, chosen, killed_at, named
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs fork and SIGKILL")
 EDIT = b'\nex:mug a ex:mreceptacle ; ex:rec_name "mug" .\n'
@@ -85,6 +86,7 @@ VERBS: list[tuple[Callable[[Path], None], bool]] = [
 def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A workspace that has been used once."""
     top = tmp_path_factory.mktemp("first")
+    WordNet().senses("pan")  # opened here, not in each process that is killed
     (top / "answers.yaml").write_text(LEEK)
     (top / "given.ttl").write_text(GIVEN)
     keeper(top / "home").keep(item("okra", "fridge"))
@@ -97,12 +99,11 @@ def content(root: Path) -> dict[str, bytes]:
     return {p.relative_to(root).as_posix(): p.read_bytes() for p in root.glob("[kp]*/**/*.*")}
 
 
-@pytest.mark.parametrize(
-    ("verb", "edited"), VERBS, ids=[f"{v.__name__}{' over edits' * e}" for v, e in VERBS]
-)
-def test_a_kill_at_any_step_leaves_the_old_or_the_new(
-    first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool
+def killed(
+    first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool, long: bool
 ) -> None:
+    """Kill a verb at each step, or at those of the short series, and look at what is left."""
+
     def copied(name: str) -> Path:
         shutil.copytree(first, tmp_path / name)
         if edited:
@@ -114,14 +115,16 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new(
     verb(done)
     whole, commits = content(done), len(list(Repo.open_or_init(done).log()))
     assert at_one(done) and old_head != Repo.open_or_init(done).head()
+    root = copied("named")
+    names = named(lambda: verb(root))
+    series = range(1, len(names) + 1) if long else chosen(names)
     outcomes = []
-    for step in steps():
+    for number, step in enumerate(series):
         root = copied("killed")
-        if not killed_at(step, lambda root=root: verb(root)):  # type: ignore[misc]
-            break
-        if step % 10 == 0:
+        assert killed_at(step, lambda root=root: verb(root)), step  # type: ignore[misc]
+        if number % 10 == 0:
             begun(root)  # a run comes next
-        elif step % 10 == 5:
+        elif number % 10 == 5:
             session.load(Workspace(root), "kitchen")  # or a reader
         else:
             with Repo.open_or_init(root).writing():
@@ -138,9 +141,14 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new(
         assert (dirty == []) or (now == old and edited), step
         outcomes.append(made)
         shutil.rmtree(root.parent)
-    print(f"{verb.__name__}: {len(outcomes)} kills")
-    assert len(outcomes) > 30
+    print(
+        f"{verb.__name__}: {len(outcomes)} kills in {len(names)} steps, ADAPTBOT_CRASH_SEED={SEED}"
+    )
+    root = copied("killed")
+    assert not killed_at(len(names) + 1, lambda: verb(root)), "the last kill was at the last step"
+    assert len(names) > 60 and len(outcomes) > 30
     assert outcomes == sorted(outcomes), "once the change holds, it holds"
+    assert outcomes[0] < commits == outcomes[-1], "killed before it held, and after"
     if shutil.which("git"):
         assert (
             subprocess.run(["git", "fsck", "--strict"], cwd=root, capture_output=True).returncode
@@ -148,14 +156,36 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new(
         )
 
 
-def test_a_kill_in_a_first_use_leaves_nothing_in_its_way(tmp_path: Path) -> None:
+EACH_VERB = pytest.mark.parametrize(
+    ("verb", "edited"), VERBS, ids=[f"{v.__name__}{' over edits' * e}" for v, e in VERBS]
+)
+
+
+@EACH_VERB
+def test_a_kill_where_something_begins_to_hold_leaves_the_old_or_the_new(
+    first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool
+) -> None:
+    killed(first, tmp_path, verb, edited, long=False)
+
+
+@pytest.mark.slow
+@EACH_VERB
+def test_a_kill_at_any_step_leaves_the_old_or_the_new(
+    first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool
+) -> None:
+    killed(first, tmp_path, verb, edited, long=True)
+
+
+@pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_kill_in_a_first_use_leaves_nothing_in_its_way(tmp_path: Path, long: bool) -> None:
     keeper(tmp_path / "done")
-    whole, outcomes = content(tmp_path / "done"), 0
-    for step in steps():
+    whole = content(tmp_path / "done")
+    names = named(lambda: begun(tmp_path / "named"))
+    assert len(names) > 30
+    for step in range(1, len(names) + 1) if long else chosen(names):
         root = tmp_path / str(step)
-        if not killed_at(step, lambda root=root: begun(root)):  # type: ignore[misc]
-            break
+        assert killed_at(step, lambda root=root: begun(root)), step  # type: ignore[misc]
         assert begun(root).revision and content(root) == whole, step
         assert at_one(root) and len(list(Repo.open_or_init(root).log())) == 1, step
-        outcomes += 1
-    assert outcomes > 30
+    root = tmp_path / "last"
+    assert not killed_at(len(names) + 1, lambda: begun(root))

@@ -1,5 +1,6 @@
 """What was learned is kept whole or not at all, beside what other runs have learned meanwhile."""
 
+import itertools
 import re
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned, leek
-from tests.adapters.store.kills import at_one, killed_at, steps
+from tests.adapters.store.kills import at_one, killed_at
 
 
 def test_a_second_first_run_leaves_what_a_first_one_has_learned(tmp_path: Path) -> None:
@@ -137,11 +138,10 @@ def test_a_fault_that_was_there_before_refuses_nothing(tmp_path: Path) -> None:
 def interrupted(root: Path) -> Keeper:
     """Leave a commit of the leek that was killed once it was due."""
     one = keeper(root)
-    for step in steps():
-        if not killed_at(step, lambda: one.keep(leek("fridge"))):
-            raise AssertionError("it was never due")
+    for step in itertools.count(1):
+        assert killed_at(step, lambda: one.keep(leek("fridge"))), "it was never due"
         if Repo.open_or_init(root).interrupted():
-            return one
+            break
         begun(root)
     return one
 

@@ -4,7 +4,7 @@ that is never believed where it does not fit."""
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from adaptbot_cli.adapters.store.git import Repo
@@ -14,6 +14,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.terms import Triple
 from tests.adapters.store.homes import ex, item, keeper, leek
 from tests.adapters.store.test_turtle import PACK, documents, facts
+from tests.properties import examples
 
 STATE = (PACK / "state.ttl").read_text()
 BY_HAND = [
@@ -44,7 +45,7 @@ def told(before: str, after: str) -> Delta:
     return versions.between(*files).delta
 
 
-@settings(max_examples=300, deadline=None)
+@examples(120)
 @given(documents() | st.just(STATE), st.lists(facts, max_size=5), st.lists(facts, max_size=5))
 def test_a_change_is_what_the_whole_files_say(
     text: str, removed: list[Triple], added: list[Triple]
