@@ -29,12 +29,12 @@ THEME = TerminalTheme(
 """Colours with enough contrast on white, in the order of the ANSI colours."""
 
 
-def draw(name: str, task: str, answers: str, width: int) -> None:
-    """Run a task with answers given in YAML and draw what the screen shows at the end."""
+def draw(name: str, task: str, answers: str, width: int, world: str | None = None) -> None:
+    """Run a task with answers given in YAML, in a world if one is named, and draw the screen."""
     with tempfile.TemporaryDirectory() as folder:
         told = Path(folder) / "answers.yaml"
         told.write_text(answers, encoding="utf-8")
-        request = Request(task, "kitchen", model="library", answers=told)
+        request = Request(task, "kitchen", model="library", answers=told, world=world)
         console = Console(
             record=True,
             width=width,
@@ -47,7 +47,8 @@ def draw(name: str, task: str, answers: str, width: int) -> None:
         with build(request, Workspace(Path(folder) / "home"), {}, console, None) as session:
             result = session.run()
             session.screen.finish(result, result.revision)
-        picture = console.export_svg(title=f'adaptbot run "{task}"', theme=THEME, unique_id=name)
+        title = f'adaptbot run "{task}"' + (f" --world {world}" if world else "")
+        picture = console.export_svg(title=title, theme=THEME, unique_id=name)
         (HERE / f"{name}.svg").write_text(picture, encoding="utf-8")
 
 
@@ -57,4 +58,11 @@ if __name__ == "__main__":
         "make omelette",
         "chives: {existence: exists, kind: object, obj_location: fridge}",
         140,
+    )
+    draw(
+        "world",
+        "make omelette",
+        "pan: {mrec_location: sink}\negg: {obj_location: drawer}",
+        140,
+        "examples/kitchen.ttl",
     )

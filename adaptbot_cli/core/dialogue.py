@@ -74,7 +74,6 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
     """Ask a question, and what else is to be known of the same thing."""
     yield from _look_around(run, question)
     seen = tuple(f"seen: {sentence}" for sentence in run.seen(3, question.about))
-    question = replace(question, notes=(*question.notes, *seen))
     form = forms.around(question, report, run.scene, run.asked, run.full)
     rest: tuple[Question, ...] = ()
     if question.about in asking.taught(run.asked) and question.about not in run.offers:
@@ -83,7 +82,9 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         if run.stopped or (n and not forms.is_open(each, run.scene)):
             continue
         answered = run.answered
-        ready = replace(each, together=form[n + 1 :], offered=rest, answered=answered)
+        notes = each.notes if n else (*each.notes, *seen)
+        together = form[n + 1 :]
+        ready = replace(each, notes=notes, together=together, offered=rest, answered=answered)
         answer: Answer = yield Ask(ready)
         if answer.value == EDIT:
             run.to_edit = True

@@ -13,13 +13,7 @@ from rdflib import Graph, URIRef
 from tests.cli.attended import CTRL_C, tty
 from tests.cli.command import ROOT, Ended, Home
 
-WORLD = """\
-@prefix ab: <urn:adaptbot:> .
-@prefix ex: <http://example.org/> .
-ex:egg ex:obj_location ex:drawer .
-ex:pan ex:mrec_location ex:sink .
-ex:stove ab:fails [ ab:action "switch" ; ab:times 1 ; ab:reason "the knob slipped" ] .
-"""
+WORLD = (ROOT / "examples" / "kitchen.ttl").read_text("utf-8")
 ANSWERS = "pan: {mrec_location: sink}\negg: {obj_location: drawer}\n"
 
 RUDE = """
