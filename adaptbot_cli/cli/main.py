@@ -95,6 +95,8 @@ def main() -> None:
         if debug:
             raise
         _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
+        if "--json" in arguments:
+            _print_error(error)
         raise SystemExit(error.exit_code) from None
     except (RecursionError, MemoryError):
         # The readers are bounded; what is within their limits and still too much ends here.
@@ -109,6 +111,16 @@ def main() -> None:
         _say(f"error: {error}")
         _no_more_output()
         raise SystemExit(1) from None
+
+
+def _print_error(error: AdaptbotError) -> None:
+    """Print an error as the object that a program waits for on stdout."""
+    from adaptbot_cli.cli.common import print_json
+
+    code = type(error).__name__.removesuffix("Error").lower()
+    told, _, remedy = str(error).rpartition("; ")
+    message = told or remedy
+    print_json({"error": {"code": code, "message": message, "remedy": remedy if told else None}})
 
 
 def _no_more_output() -> None:

@@ -9,7 +9,6 @@ from rdflib import URIRef
 from adaptbot_cli.core.asking import place_property
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.execute import check_goal
-from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Done, Finding, Step
 from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Choice, Question
 from adaptbot_cli.core.rehearse import key_of
@@ -37,8 +36,7 @@ def begin(run: Run, acting: Acting) -> Generator[Turn, Any, bool]:
     acting.begun = True
     seen: Seen = yield Begin(run.task)
     delta, surprise = believe(run.kg, Delta(), seen)
-    yield from _note(acting, delta, surprise, run.kg)
-    yield from settle(run, acting)
+    yield from _keep(run, acting, delta, surprise)
     return bool(surprise)
 
 
@@ -54,6 +52,7 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
             break
         if bound is None or step.status == "dropped":
             acting.passed.append((step, bound, Delta()))
+            acting.at = place + 1
             continue
         agreed = yield from _agreed(run, acting, step, bound)
         if not agreed or len(acting.acts) >= MOST_ACTS:
@@ -68,8 +67,7 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
         _log(run, acting, Acted(step, bound, delta, surprise, seen.failed))
         if not seen.failed:
             acting.left, acting.at = rest(report.steps[place + 1 :]), place + 1
-        yield from _note(acting, delta, surprise, run.kg)
-        yield from settle(run, acting)
+        yield from _keep(run, acting, delta, surprise)
         acting.over = seen.over
         if seen.over or seen.failed or (heed and surprise and acting.left):
             break
@@ -95,22 +93,15 @@ def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
     )
     run.kg.apply(expected)
     _log(run, acting, Acted(last.step, last.bound, expected))
-    yield from _note(acting, expected, Delta(), run.kg)
-    yield from settle(run, acting)
+    yield from _keep(run, acting, expected, Delta())
 
 
-def _note(acting: Acting, delta: Delta, surprise: Delta, kg: Kg) -> Generator[Turn, Any, None]:
-    acting.unkept.append(delta)
+def _keep(run: Run, acting: Acting, delta: Delta, surprise: Delta) -> Generator[Turn, Any, None]:
+    """Have what was done and seen committed at once: nothing that comes later can lose it."""
     acting.changes.append(delta)
     if surprise:
         acting.surprises.append(surprise)
         yield Surprised(surprise)
-
-
-def settle(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
-    """Have what was done and seen committed at once: nothing that comes later can lose it."""
-    delta = net(acting.unkept)
-    acting.unkept = []
     if delta:
         step = f"{len(acting.acts)}. {told(acting.acts[-1])}" if acting.acts else ""
         kept: Kept = yield Believe(run.task, delta, step)
@@ -157,8 +148,7 @@ def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple
     why = "goal met" if not unmet and error is None else error.message if error else "goal not met"
     seen: Seen = yield Stop(run.task, why)
     delta, surprise = believe(run.kg, Delta(), seen)
-    yield from _note(acting, delta, surprise, run.kg)
-    yield from settle(run, acting)
+    yield from _keep(run, acting, delta, surprise)
     if surprise:
         unmet, missing = check_goal(run.scene)
     if error is not None:

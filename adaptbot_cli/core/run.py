@@ -34,8 +34,8 @@ class Acting:
     the steps tried so far, `helps` how many there were each time that the person helped. `passed`
     are all steps so far with what they changed, those that were dropped too, and `at` is how many
     of the plan at hand are among them; `left` are the steps still to be done, as a plan's text.
-    `changes` is what was done and seen, `unkept` what of it is not committed yet, `surprises` what
-    was seen otherwise than expected; `over` is why no more can be done.
+    `changes` is what was done and seen, `surprises` what was seen otherwise than expected; `over`
+    is why no more can be done.
     """
 
     confirm: Confirm = "none"
@@ -44,7 +44,6 @@ class Acting:
     acts: list[Acted] = field(default_factory=list)
     helps: list[int] = field(default_factory=list)
     changes: list[Delta] = field(default_factory=list)
-    unkept: list[Delta] = field(default_factory=list)
     left: str = ""
     passed: list[tuple[Step, Bound | None, Delta]] = field(default_factory=list)
     at: int = 0

@@ -64,7 +64,11 @@ def commands(home: Home) -> dict[str, tuple[int, str, list[str]]]:
         "empty task": (2, "make omelette", ["run", " "]),
         "a slip in a task": (3, "omlete (omelette?)", ["run", "make omlete", "--dry-run"]),
         "a task of another domain": (5, "add --domain household", ["run", "mop it", "--dry-run"]),
-        "a task of no domain": (5, "of household, add --domain.", ["run", "sing", "--dry-run"]),
+        "a task of no domain": (
+            5,
+            "add --domain household.",
+            ["run", "sing", "--dry-run"],
+        ),
         "too few replans": (2, "--replans", ["run", "make tea", "--replans", "-1"]),
         "replans in words": (2, "--replans", ["run", "make tea", "--replans", "two"]),
         "unknown policy": (2, "tutor", ["run", "make tea", "--policy", "fancy"]),

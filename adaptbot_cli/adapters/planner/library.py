@@ -346,7 +346,8 @@ class Library:
             return f"For the plan of {' or '.join(able)}, add --domain {able[0]}. "
         if not self.others:
             return ""
-        return f"If it is a task of {' or '.join(self.others)}, add --domain. "
+        others = [*self.others]
+        return f"If it is a task of {' or '.join(others)}, add --domain {others[0]}. "
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what was asked for."""

@@ -259,6 +259,8 @@ class TerminalHuman:
     def _few(self, question: Question) -> Choice:
         choices = [c for c in question.choices if c.value != _SAME or question.known]
         likely = question.suggested.value if question.suggested else ""
+        if question.kind == "existence":
+            likely = LATER.value  # a key pressed too early teaches nothing
         choices = [_with_reason(choice, question) for choice in choices]
         while True:
             said = self._prompts().by_key(
