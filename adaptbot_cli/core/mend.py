@@ -150,7 +150,6 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
     unused = frozenset(
         e for f in report.findings if f.code == "E501" for e in scene.kg.find(f.subject)[:1]
     )
-    left = MOST_IN_ALL
     for goal, item in _goals(finding, scene):
         tries = [(unused, False)] if unused and item is None else []
         for rather, supposing in (*tries, (frozenset(), False), (frozenset(), True)):
@@ -161,15 +160,12 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
                     supposing=supposing,
                     longest=limit,
                     bars=scene.bars,
-                    left=left,
+                    left=MOST_IN_ALL,
                 )
                 found = _first(goal, item, report, scene, search)
-                left = search.left
                 if found:
                     reason = goal.message.format(item=scene.kg.name(item)) if item else goal.message
                     return _as_addition(finding, *found, reason, report, scene)
-                if search.gave_up:
-                    break
     return None
 
 

@@ -28,8 +28,9 @@ MOST_DEFAULTS = 5
 MOST_TRIES = 2_000
 """How many actions one search performs at most, so that a check always ends."""
 
-MOST_IN_ALL = 6_000
-"""How many actions are performed at most by all searches for what would bring one goal about."""
+MOST_IN_ALL = 2_000
+"""How many actions are performed at most by the searches from all places of a plan for steps that
+bring one goal about. One for more steps may find at once what one for fewer cannot."""
 
 MOST_TO_KEEP = 100
 """How many actions are tried to find a way that undoes nothing, at most."""
@@ -154,7 +155,7 @@ class Search:
     kept: frozenset[Triple] = frozenset()
     longest: int = LONGEST_REPAIR
     most: int = MOST_TRIES
-    left: int = MOST_IN_ALL
+    left: float = float("inf")
     yielding: bool = False
     undone: list[Triple] = field(default_factory=list)
     gave_up: bool = False
