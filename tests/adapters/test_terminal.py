@@ -81,7 +81,12 @@ def test_existence_is_answered_by_one_key(terminal: Terminal, key: str, said: li
 def test_arrows_and_enter_answer_too(terminal: Terminal) -> None:
     asked = terminal("existence").sees("ask me later")
 
-    assert asked.types(DOWN, ENTER).ends() == by_ann(ABSENT)
+    assert asked.types(DOWN, DOWN, ENTER).ends() == by_ann(ABSENT)
+
+
+def test_a_key_pressed_too_early_teaches_nothing(terminal: Terminal) -> None:
+    """Enter at a question that was not read yet leaves it open."""
+    assert terminal("existence").sees("ask me later").types(ENTER).ends() == LATER_SAID
 
 
 @pytest.mark.parametrize(
