@@ -20,10 +20,12 @@ from adaptbot_cli.cli import (
     replay,
     resume,
     run,
+    runs,
     trust,
     world,
 )
 from adaptbot_cli.cli import eval as evaluate
+from adaptbot_cli.cli.kg.changing import undo
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError
 
 
@@ -55,6 +57,8 @@ app.command("doctor")(doctor.doctor)
 app.command("progress")(progress.progress)
 app.command("resume")(resume.resume)
 app.command("trust")(trust.trust)
+app.command("runs")(runs.runs)
+app.command("undo")(undo)
 app.add_typer(pending.app, name="pending")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")

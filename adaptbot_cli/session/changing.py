@@ -123,6 +123,17 @@ def revert(home: Home, revision: str) -> Proposal:
     return Proposal(delta, subject, (("Source", "revert"), ("Reverts", sha)), notes)
 
 
+def last_learned(home: Home) -> str | None:
+    """Return the newest commit of a person's answers of which something still stands, if any."""
+    from adaptbot_cli.session.knowing import chapters
+
+    for chapter in chapters(home, None):
+        learned = chapter.changes.delta.added
+        if chapter.answers and not learned.isdisjoint(home.facts):
+            return chapter.origin.revision
+    return None
+
+
 def is_answer(name: str) -> bool:
     """Tell whether a name is of an answer's form, such as `3fa2b1c.2`, and not of a commit's."""
     return _ANSWER.fullmatch(name) is not None

@@ -9,6 +9,7 @@ from adaptbot_cli.adapters.transcript.leftover import LeftOver, left_over
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
 from adaptbot_cli.adapters.transcript.player import Player
 from adaptbot_cli.adapters.transcript.reading import (
+    glanced,
     has_end,
     header_of,
     read,
@@ -30,6 +31,7 @@ __all__ = [
     "describe",
     "dump",
     "finished",
+    "glanced",
     "has_end",
     "header_of",
     "left_over",

@@ -139,6 +139,19 @@ def unfinished(folder: Path) -> list[Path]:
     return found
 
 
+def glanced(path: Path) -> tuple[Document, Document]:
+    """Return a transcript's header and its last document, empty if its run has not ended.
+
+    What lies between is not looked at. Raises UsageError: it is no transcript.
+    """
+    text = text_of(path)
+    header = parse_cut(path, header_in(text))[0]
+    if not has_end(text):
+        return header, {}
+    [last] = bounded.parse_yaml(text.rpartition("\n---\n")[2], f"{path} is no transcript: it")
+    return header, last if isinstance(last, dict) else {}
+
+
 def has_end(text: str) -> bool:
     """Tell whether a transcript's text tells the end of its run."""
     return text.rpartition("\n---\n")[2].startswith("turn: finished")

@@ -89,6 +89,24 @@ def revert(
     )
 
 
+def undo(
+    yes: YesOption = False,
+    dry_run: DryRunOption = False,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Take back the last thing that was learned, shown first; again for the one before it."""
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.session import changing
+
+    home = home_of(workspace_dir, domain)
+    latest = changing.last_learned(home)
+    if latest is None:
+        raise UsageError(f"nothing that was learned of the {home.domain} is left to take back")
+    return revert(latest, None, yes, dry_run, domain, json, workspace_dir)
+
+
 def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
     return [{"task": task, "before": old, "after": new} for task, old, new in changed]
 
