@@ -3,11 +3,11 @@
     python try_all.py --adaptbot PATH/TO/adaptbot --tasks 60 --output figures.json
 
 Each task is run with the package's own steps as the plan (`own`), with every second step left out
-(`missing`), with things called by other names from the package's own table of names (`renamed`), and
-with the home changed behind the robot's back (`moved`: what is carried lies somewhere else, in turn
-on another surface and inside something closed; where nothing is carried, what is switched on is
-unplugged). The same plan is also given to the simulator without adaptbot, which goes on after a step
-that it refuses.
+(`missing`), with things called by other names from the package's own table (`renamed`), and with the
+home changed behind the robot's back (`moved`: what is carried lies somewhere else, in turn inside
+something closed and on another surface; where nothing is carried, what is switched on is unplugged).
+The same plan is also given to the simulator without adaptbot, which goes on after a step that it
+refuses.
 """
 
 import argparse
@@ -183,8 +183,10 @@ def tried(trial: Trial, adaptbot: str) -> Outcome:
 
 def summary(outcomes: list[Outcome]) -> Iterator[str]:
     """Write the figures as a table of Markdown."""
-    yield "| plans | n | goal met, without adaptbot | with | adaptbot says so | steps refused, without | with | recovered |"
-    yield "|---|---|---|---|---|---|---|---|"
+    columns = ("plans", "n", "goal met without adaptbot", "with", "adaptbot says so",
+               "steps refused without adaptbot", "with", "recovered")  # fmt: skip
+    yield f"| {' | '.join(columns)} |"
+    yield "|---" * len(columns) + "|"
     for arm in ARMS:
         these = [outcome for outcome in outcomes if outcome.arm == arm]
         sums = (
