@@ -3,11 +3,11 @@
     python try_all.py --adaptbot PATH/TO/adaptbot --tasks 60 --output figures.json
 
 Each task is run with the package's own steps as the plan (`own`), with every second step left out
-(`missing`), with things called by other names from the package's own table (`renamed`), and with the
-home changed behind the robot's back (`moved`: what is carried lies somewhere else, in turn inside
-something closed and on another surface; where nothing is carried, what is switched on is unplugged).
-The same plan is also given to the simulator without adaptbot, which goes on after a step that it
-refuses.
+(`missing`), with things called by other names from the package's own table (`renamed`), and with
+the home changed behind the robot's back (`moved`: what is carried lies somewhere else, in turn
+inside something closed and on another surface; where nothing is carried, what is switched on is
+unplugged). The same plan is also given to the simulator without adaptbot, which goes on after a
+step that it refuses.
 """
 
 import argparse
