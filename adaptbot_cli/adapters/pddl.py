@@ -219,7 +219,9 @@ class _Pack:
                 last = scope.term(effect.fluent.args[1]) if len(effect.fluent.args) > 1 else "true"
                 only = f"FILTER({_expression(effect.condition, scope)})"
                 every = _every(effect.forall, scope)
-                branches.append(f"{{ {every} {only} BIND({last} AS {value}) }}")
+                # BIND knows a parameter only where a pattern beside it names it.
+                known = f"{last} a ?kind_{number} ." if last.startswith("?") else ""
+                branches.append(f"{{ {every} {known} {only} BIND({last} AS {value}) }}")
             changes[effect.value.is_true()].append(_atom(effect.fluent, scope, value))
         removed, added = (" ".join(dict.fromkeys(changes[held])) for held in (False, True))
         where = " UNION ".join(branches)

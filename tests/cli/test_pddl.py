@@ -26,6 +26,8 @@ GOLD: Final = {
         (drop ball-1 hall left) (drop ball-2 hall right)""",
     "blocks": """
         (unstack red green) (stack red blue) (pick-up green) (stack green red)""",
+    "briefcase": """
+        (put-in dictionary home) (carry home office) (take-out dictionary) (carry office home)""",
     "laundry": """
         (walk bathroom) (open-door machine) (take shirt hamper) (put shirt machine)
         (close-door machine) (wash machine) (stop machine) (open-door machine)
