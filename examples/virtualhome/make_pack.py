@@ -175,7 +175,8 @@ _WALK = (
 )
 _GRAB = (
     "?obj ex:on ?under ; ex:inside ?box ; ex:close_to ?other ; ex:in_room ?left",
-    "?agent ex:near ?obj ; ex:holds_rh ?right ; ex:holds_lh ?left_hand . ?obj ex:in_room ?room",
+    "?agent ex:near ?obj ; ex:holds_rh ?right ; ex:holds_lh ?left_hand . "
+    "?obj ex:in_room ?room ; ex:done_to {name}",
     """{ ?obj ex:on ?under } UNION { ?obj ex:inside ?box } UNION { ?obj ex:close_to ?other }
     UNION { ?obj ex:in_room ?left } UNION { ?agent ex:in_room ?room }
     UNION { ?obj a ex:thing BIND(?obj AS ?right) FILTER NOT EXISTS { ?agent ex:holds_rh ?r } }

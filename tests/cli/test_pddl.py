@@ -142,6 +142,14 @@ def test_what_a_graph_cannot_hold_is_refused_in_a_sentence(name: str, tmp_path: 
         packed(tmp_path / "none.pddl", None, "odd")
 
 
+def test_an_action_may_be_called_as_a_predicate_is(home: Home) -> None:
+    text = """(define (domain doors) (:predicates (open ?d) (door ?d))
+      (:action open :parameters (?d) :precondition (not (open ?d)) :effect (open ?d)))"""
+    ended = home.adaptbot("domain", "import", home.write("doors.pddl", text))
+    assert ended.code == 0 and ended.err == ""
+    assert home.adaptbot("domain", "check", "doors").code == 0
+
+
 def test_the_name_of_a_file_is_text_and_names_that_are_one_here_are_refused(tmp_path: Path) -> None:
     path = tmp_path / 'gripper" . ex:x ex:y "\\.pddl'
     path.write_text((DATA / "gripper.pddl").read_text(encoding="utf-8"), encoding="utf-8")
