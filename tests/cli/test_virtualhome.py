@@ -1,5 +1,6 @@
 """The bridge to VirtualHome's simulator, where the package with the simulator is installed."""
 
+import importlib
 import os
 import sys
 from pathlib import Path
@@ -65,3 +66,21 @@ def test_the_simulator_has_the_last_word(reading: Home) -> None:
     told = run(reading).json()
     assert not told["goal"]["met"]
     assert "read or lookat is done must be so" in str(told["findings"])
+
+
+def test_a_script_that_is_exported_is_executed_by_the_simulator(
+    reading: Home, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = reading.write("book.plan", 'grab("novel")\nsit("chair_356")\nread("novel")\n')
+    asked = ("export", plan, "--domain", "virtualhome", "--task", "read book", "--as", "script")
+    script = reading.adaptbot(*asked)
+    assert script.code == 0 and "[WALK] <novel> (1)" in script.out
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    scene = importlib.import_module("scene")
+    task, simulator = scene.Task(BOOK), scene.simulator()
+    names = simulator.utils.load_name_equivalence()
+    graph = simulator.environment.EnvironmentGraph(task.graph)
+    lines = simulator.scripts.read_script_from_list_string(script.out.splitlines())
+    end = next(simulator.execution.ScriptExecutor(graph, names).find_solutions(lines), None)
+    assert end is not None
+    assert task.unmet(end.to_dict(), script.out.splitlines()) == []
