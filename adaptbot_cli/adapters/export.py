@@ -241,7 +241,7 @@ def as_bt(plan: GroundPlan) -> str:
     A step is done if its conditions hold (`Holds`); where one does not, or the step fails, the
     executive may `Recover`. The last are the conditions of the goal.
     """
-    identity = _id(plan.task, "Plan")
+    identity = _id(f"plan {plan.task}", "plan")  # no name of an action
     root = ET.Element("root", BTCPP_format="4", main_tree_to_execute=identity)
     tree = ET.SubElement(root, "BehaviorTree", ID=identity)
     whole = ET.SubElement(tree, "Sequence", name=plan.task)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adaptbot_cli.core.report import Report, Result
-from adaptbot_cli.core.turns import Executed, Turn
+from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.turns import Checked, Executed, Turn
 from adaptbot_cli.session.playing import check_request, replay
 from adaptbot_cli.session.starting import PDDL_FILES
 from adaptbot_cli.workspace import Workspace
@@ -25,18 +25,20 @@ class Exported:
 
 
 class _Rehearsals:
-    """An observer that keeps the last plan of each task that ran through in the rehearsal."""
+    """An observer that keeps the last plan of each task, with what it came to in the rehearsal."""
 
     def __init__(self) -> None:
-        self.reports: dict[object, Report] = {}
+        self.plans: dict[object, tuple[Report, Outcome | None]] = {}
 
     def asked(self, turn: Turn) -> None:
         """Keep nothing: the reply is not there yet."""
 
     def replied(self, turn: Turn, reply: object) -> None:
         """Keep a plan before anything of it is done."""
-        if isinstance(turn, Executed) and not any(step.done for step in turn.report.steps):
-            self.reports[turn.report.task] = turn.report
+        if isinstance(turn, Checked):
+            self.plans.setdefault(turn.report.task, (turn.report, None))
+        elif isinstance(turn, Executed) and not any(step.done for step in turn.report.steps):
+            self.plans[turn.report.task] = turn.report, turn.outcome
 
 
 def export_text(text: str, request: str, workspace: Workspace, kg: "Kg", form: str) -> Exported:
@@ -46,7 +48,7 @@ def export_text(text: str, request: str, workspace: Workspace, kg: "Kg", form: s
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
     result = check_request(text, request, workspace, kg)
-    return _exported(result, [result.report], workspace, kg, form)
+    return _exported([(result.report, result.outcome)], workspace, kg, form)
 
 
 def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
@@ -65,24 +67,27 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
     domain = str(header.get("domain", ""))
     kg = load(workspace, domain) if edited else kg_of(header, path, workspace)
     kept = _Rehearsals()
-    result = replay(path, workspace, [kept], kg)
-    return _exported(result, [*kept.reports.values()], workspace, kg, form)
+    replay(path, workspace, [kept], kg)
+    return _exported([*kept.plans.values()], workspace, kg, form)
 
 
 def _exported(
-    result: Result, reports: Sequence[Report], workspace: Workspace, kg: "Kg", form: str
+    plans: Sequence[tuple[Report, Outcome | None]], workspace: Workspace, kg: "Kg", form: str
 ) -> Exported:
     from adaptbot_cli.adapters.export import FORMS, grounded, spellings
-    from adaptbot_cli.core.findings import blocks
 
-    unmet = tuple(f for r in result.runs or (result,) if r.outcome for f in r.outcome.unmet)
-    world = result.outside is not None
-    findings = tuple(dict.fromkeys((*(f for r in reports for f in r.findings), *unmet)))
-    whole = bool(reports) and all(report.executable for report in reports)
-    if not whole or not (world or result.goal_met):
-        return Exported("", findings or result.report.findings)
-    plan = grounded(reports, kg, spellings(_sources(workspace, kg.domain.name)))
-    return Exported(FORMS[form](plan), tuple(f for f in findings if not blocks(f)))
+    unmet = [f for _, outcome in plans if outcome for f in outcome.unmet]
+    findings = tuple(dict.fromkeys((*(f for r, _ in plans for f in r.findings), *unmet)))
+    if not plans or not all(_is_ready(report, outcome) for report, outcome in plans):
+        return Exported("", findings)
+    words = spellings(_sources(workspace, kg.domain.name))
+    return Exported(FORMS[form](grounded([r for r, _ in plans], kg, words)), findings)
+
+
+def _is_ready(report: Report, outcome: Outcome | None) -> bool:
+    """Whether a plan ran through in the rehearsal and met its goal there."""
+    ran = outcome is not None and outcome.error is None and not outcome.unmet
+    return ran and report.executable and not report.open
 
 
 def _sources(workspace: Workspace, domain: str) -> list[str]:

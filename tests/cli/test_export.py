@@ -220,6 +220,26 @@ def test_a_run_in_a_world_is_exported_as_it_was_checked_before_the_robot_acted(h
     assert [step["action"] for step in told["steps"]].count("switch") == 2
 
 
+def test_a_run_that_fell_short_is_not_handed_over(home: Home) -> None:
+    asked = ("run", "make tea", "--without", "tea", "--no-human")
+    assert home.adaptbot(*asked).code == 3
+    ended = home.adaptbot("export")
+    assert ended.code == 3 and ended.out == "" and "E5" in ended.err
+    assert home.adaptbot("export", "no such run").code == 2
+    into = str(home.folder / "no" / "tea.xml")
+    assert home.adaptbot("run", "make tea", "--no-human").code == 0
+    ended = home.adaptbot("export", "-o", into)
+    assert ended.code == 2 and "cannot write" in ended.err
+
+
+def test_a_request_for_two_tasks_is_one_plan(home: Home) -> None:
+    asked = ("run", "switch off the lamp and then wipe the table", "--domain", "household")
+    assert home.adaptbot(*asked, "--no-human").code == 0
+    told = home.adaptbot("export").json()
+    assert [step["n"] for step in told["steps"]] == [*range(1, len(told["steps"]) + 1)]
+    assert {"switch", "mop"} <= {step["action"] for step in told["steps"]}
+
+
 def test_names_of_pddl_are_spelt_as_its_files_spell_them() -> None:
     found = spellings(["(:action Pick-Up :parameters (?b) ; put-down\n)", "(ball-1 ball_2)"])
     assert found["pick_up"] == "Pick-Up" and found["ball_1"] == "ball-1"
