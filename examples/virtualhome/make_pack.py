@@ -363,6 +363,17 @@ def triple(fact: Fact) -> str:
     return f"ex:{subject} ex:{prop} {told}"
 
 
+MUST = {
+    "ON": "be on",
+    "INSIDE": "be inside",
+    "CLOSE": "be close to",
+    "FACING": "face",
+    "HOLDS_RH": "hold in its right hand",
+    "HOLDS_LH": "hold in its left hand",
+}
+"""What a relation in a goal asks for, in words."""
+
+
 def tasks(task: Task, asked: str) -> Iterator[str]:
     """Write tasks.ttl: the goal of the task, in the words of the pack."""
     states, done = task.wanted
@@ -371,16 +382,18 @@ def tasks(task: Task, asked: str) -> Iterator[str]:
         if "state" in goal:
             fact: Fact = (task.names[goal["id"]], *STATES[goal["state"]])
             about = {fact[0]}
+            must = f"be {goal['state'].lower()}"
         else:
             named = {"relation_type": goal["relation_type"].upper(), **goal}
             (fact,) = task.facts({"nodes": [], "edges": [named]})
             about = {fact[0], fact[2]}
-        told.append((triple(fact), about - {"robot"}, " ".join(map(str, fact)).replace("_", " ")))
+            must = f"{MUST[goal['relation_type'].upper()]} {fact[2]}"
+        told.append((triple(fact), about - {"robot"}, f"{fact[0]} must {must}".replace("_", " ")))
     for options in done:
         names = [option.strip().lower() for option in options.split("|")]
         values = ", ".join(f'"{name}"' for name in names)
         ask = f"?x ex:done_to|ex:did ?done FILTER(?done IN ({values}))"
-        told.append((ask, set(), f"{' or '.join(names)} is done"))
+        told.append((ask, set(), f"{' or '.join(names)} must be done"))
     yield f'ab:task_{task.number} a ab:Task ; rdfs:label "{asked}" ;\n    ab:goal\n'
     goals = []
     for order, (ask, about, message) in enumerate(told, start=1):
@@ -391,7 +404,7 @@ def tasks(task: Task, asked: str) -> Iterator[str]:
         select = f' ; ab:about "SELECT {" ".join(named)} WHERE {{ {rows} }}"' if about else ""
         goals.append(
             f"    [ ab:order {order} ; ab:ask '''ASK {{ {ask} }}'''{select} ;\n"
-            f'      ab:message "{message} must be so" ]'
+            f'      ab:message "{message}" ]'
         )
     yield " ,\n".join(goals) + " .\n"
 
