@@ -8,6 +8,7 @@ and that is said of one thing is an attribute: a person can be asked for it.
 
 import itertools
 import re
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -63,18 +64,24 @@ def packed(domain: Path, problem: Path | None, name: str) -> dict[str, bytes]:
             hold: numbers, durations, predicates of more than two things.
     """
     try:
+        from unified_planning.environment import get_environment
         from unified_planning.io import PDDLReader
     except ImportError:
         raise UsageError(f"reading PDDL needs a parser: {INSTALL}") from None
     texts = [_text(path) for path in (domain, problem) if path]
     told = " and ".join(str(path) for path in (domain, problem) if path)
-    try:
-        read = within(lambda: PDDLReader().parse_problem_string(*texts), told, _SECONDS)
+    environment = get_environment()  # its reader works in no other
+    strict, environment.error_used_name = environment.error_used_name, False
+    try:  # an action may be called as a predicate is; that is warned of
+        with warnings.catch_warnings(action="ignore"):
+            read = within(lambda: PDDLReader().parse_problem_string(*texts), told, _SECONDS)
     except EndlessError:
         raise KnowledgeError(f"{told} could not be read in {_SECONDS} s: make it smaller") from None
     except Exception as error:  # its grammar's, and its own checks of types, of many kinds
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise KnowledgeError(f"{told} is no PDDL that can be read: {reason}") from None
+    finally:
+        environment.error_used_name = strict
     return _Pack(name, domain.stem, read, problem.stem if problem else "").files()
 
 
@@ -228,7 +235,9 @@ class _Pack:
                 last = scope.term(effect.fluent.args[1]) if len(effect.fluent.args) > 1 else "true"
                 only = f"FILTER({_expression(effect.condition, scope)})"
                 every = _every(effect.forall, scope)
-                branches.append(f"{{ {every} {only} BIND({last} AS {value}) }}")
+                # BIND knows a parameter only where a pattern beside it names it.
+                known = f"{last} a ?kind_{number} ." if last.startswith("?") else ""
+                branches.append(f"{{ {every} {known} {only} BIND({last} AS {value}) }}")
             changes[effect.value.is_true()].append(_atom(effect.fluent, scope, value))
         removed, added = (" ".join(dict.fromkeys(changes[held])) for held in (False, True))
         where = " UNION ".join(branches)

@@ -14,6 +14,7 @@ from adaptbot_cli.cli import (
     check,
     doctor,
     domain,
+    export,
     kg,
     pending,
     progress,
@@ -55,6 +56,7 @@ app.command("check")(check.check)
 app.command("replay")(replay.replay)
 app.command("doctor")(doctor.doctor)
 app.command("progress")(progress.progress)
+app.command("export")(export.export)
 app.command("resume")(resume.resume)
 app.command("trust")(trust.trust)
 app.command("runs")(runs.runs)

@@ -47,6 +47,10 @@ def names_to_look_up(unknown: Iterable[str], scene: Scene) -> set[str]:
     return found - set(scene.known)
 
 
+_ROUNDS = 2
+"""How often the goals of a task are gone through for steps that bring them about."""
+
+
 def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     """Check, refine and repair a plan on the graph, which is left as it was.
 
@@ -276,14 +280,22 @@ def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
 
 
 def _reach_goals(walk: Walk, scene: Scene) -> None:
-    """Add the steps that bring a goal about, where the domain says what they may be about."""
+    """Add the steps that bring a goal about, where the domain says what they may be about.
+
+    What brings one about may undo another, which is brought about again then.
+    """
     agent = {"agent": scene.domain.agent}
-    for goal in (*scene.domain.goals, *scene.task.goals):
-        if not goal.about or walk.tainted or scene.kg.ask(goal.query, agent):
-            continue
-        for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
-            if walk.achieve([(aim(scene.kg, goal.query, agent, row), goal.message)]):
-                break
+    goals = [goal for goal in (*scene.domain.goals, *scene.task.goals) if goal.about]
+    for _ in range(_ROUNDS):
+        count = len(walk.steps)
+        for goal in goals:
+            if walk.tainted or scene.kg.ask(goal.query, agent):
+                continue
+            for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
+                if walk.achieve([(aim(scene.kg, goal.query, agent, row), goal.message)]):
+                    break
+        if len(walk.steps) == count:
+            break
 
 
 def _unused(bounds: Sequence[Bound | None], parsed: Parsed, scene: Scene) -> list[Finding]:

@@ -10,6 +10,9 @@ from adaptbot_cli.workspace import Workspace
 if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
 
+PDDL_FILES = ("domain.pddl", "problem.pddl")
+"""Where a pack's folder holds the PDDL that it was made of."""
+
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
@@ -57,19 +60,26 @@ def take_over(
 ) -> Started:
     """Write a domain of PDDL, with the things and the goal of a problem, into the workspace.
 
+    The PDDL itself is kept beside the pack, for plans that are exported to go with it.
+
     Raises:
         UsageError: as `start`, or a file cannot be read.
         KnowledgeError: a file is no PDDL, or has what a graph cannot hold.
     """
+    from adaptbot_cli import bounded
     from adaptbot_cli.adapters.pddl import packed
     from adaptbot_cli.adapters.store.keeper import create
     from adaptbot_cli.adapters.store.reading import load_kg
     from adaptbot_cli.core.names import normal
+    from adaptbot_cli.errors import UsageError
 
     called = name or normal(domain.stem)
     _refuse(workspace, called)
     pack = packed(domain, problem, called)
     kg = load_kg(pack, f"kg/{called}")
+    for path, file in zip((domain, problem), PDDL_FILES, strict=True):
+        if path:
+            pack[file] = bounded.read_bytes(path, bounded.PLAN, UsageError)
     written = {f"kg/{called}/{file}": data for file, data in pack.items()}
     message = f"domain: import {called} from PDDL"  # a file's name is a stranger's text
     return Started(kg, create(workspace.root, written, workspace.own_files(), message))

@@ -26,6 +26,8 @@ GOLD: Final = {
         (drop ball-1 hall left) (drop ball-2 hall right)""",
     "blocks": """
         (unstack red green) (stack red blue) (pick-up green) (stack green red)""",
+    "briefcase": """
+        (put-in dictionary home) (carry home office) (take-out dictionary) (carry office home)""",
     "laundry": """
         (walk bathroom) (open-door machine) (take shirt hamper) (put shirt machine)
         (close-door machine) (wash machine) (stop machine) (open-door machine)
@@ -141,6 +143,14 @@ def test_what_a_graph_cannot_hold_is_refused_in_a_sentence(name: str, tmp_path: 
         packed(path, None, "odd")
     with pytest.raises(UsageError):
         packed(tmp_path / "none.pddl", None, "odd")
+
+
+def test_an_action_may_be_called_as_a_predicate_is(home: Home) -> None:
+    text = """(define (domain doors) (:predicates (open ?d) (door ?d))
+      (:action open :parameters (?d) :precondition (not (open ?d)) :effect (open ?d)))"""
+    ended = home.adaptbot("domain", "import", home.write("doors.pddl", text))
+    assert ended.code == 0 and ended.err == ""
+    assert home.adaptbot("domain", "check", "doors").code == 0
 
 
 def test_the_name_of_a_file_is_text_and_names_that_are_one_here_are_refused(tmp_path: Path) -> None:

@@ -271,3 +271,37 @@ def test_another_helper_is_offered_where_nobody_knows_whether_the_named_one_serv
     found = mended(report, scene, parse)
     assert found is not None and found.reaches
     assert found.text == 'drill_hole("board")'
+
+
+def test_a_goal_that_the_steps_for_another_undo_is_brought_about_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("adaptbot_cli.core.walk.MOST_TO_KEEP", 1)  # no way is found that keeps it
+    prefix = "PREFIX w: <http://example.org/workshop#> "
+    about = f"{prefix}SELECT ?thing ?part WHERE {{ VALUES (?thing ?part) {{ (w:lathe w:board) }} }}"
+    polish = """
+w:polish a ab:Action ; rdfs:label "polish" ; ab:order 27 ; ab:explain "polish what stands still" ;
+    ab:parameters ( [ ab:name "thing" ; ab:class w:thing ] ) ;
+    ab:requires
+        [ ab:order 1 ;
+          ab:ask "ASK { ?thing w:shut true FILTER NOT EXISTS { ?thing w:running true } }" ;
+          ab:message "{thing} must stand still" ] ;
+    ab:effect "INSERT { ?thing w:turned true } WHERE {}" .
+"""
+    goals = [
+        Goal(
+            f"{prefix}ASK {{ w:lathe w:{state} true }}",
+            f"the lathe is not {state}",
+            about=about,
+        )
+        for state in ("running", "turned")
+    ]
+    kg = machines(polish)
+    report = check("walk_to(lathe)\nplug_in(lathe)", kg, *goals)
+    assert steps(report)[2:] == [
+        "+ start(lathe)",
+        "+ shut(lathe)",
+        "+ polish(lathe)",
+        "+ start(lathe)",
+    ]
+    assert runs(report, kg) and not report.open

@@ -1,0 +1,97 @@
+"""The plan of a run, or of a text, for a robot's own executive."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.turns import Checked, Executed, Turn
+from adaptbot_cli.session.playing import check_request, replay
+from adaptbot_cli.session.starting import PDDL_FILES
+from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.plan import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """A plan as a text, "" if it is not one to hand over; `findings` tell why it is not."""
+
+    text: str
+    findings: tuple["Finding", ...] = ()
+
+
+class _Rehearsals:
+    """An observer that keeps the last plan of each task, with what it came to in the rehearsal."""
+
+    def __init__(self) -> None:
+        self.plans: dict[object, tuple[Report, Outcome | None]] = {}
+
+    def asked(self, turn: Turn) -> None:
+        """Keep nothing: the reply is not there yet."""
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """Keep a plan before anything of it is done."""
+        if isinstance(turn, Checked):
+            self.plans.setdefault(turn.report.task, (turn.report, None))
+        elif isinstance(turn, Executed) and not any(step.done for step in turn.report.steps):
+            self.plans[turn.report.task] = turn.report, turn.outcome
+
+
+def export_text(text: str, request: str, workspace: Workspace, kg: "Kg", form: str) -> Exported:
+    """Check a plan's text, and write it in a form.
+
+    Raises:
+        KnowledgeError: a PDDL file of the pack cannot be read.
+    """
+    result = check_request(text, request, workspace, kg)
+    return _exported([(result.report, result.outcome)], workspace, kg, form)
+
+
+def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
+    """Write the plan of a run in a form: as it was when it was checked, before a robot acted.
+
+    Raises:
+        UsageError: it is no transcript.
+        ReplayError: it no longer tells the same story.
+        KnowledgeError: a PDDL file of the pack cannot be read.
+    """
+    from adaptbot_cli.adapters.transcript import read
+    from adaptbot_cli.session.loading import EDITS, kg_of, load
+
+    header, _ = read(path)
+    edited = str(header.get("graph", "")).endswith(EDITS)
+    domain = str(header.get("domain", ""))
+    kg = load(workspace, domain) if edited else kg_of(header, path, workspace)
+    kept = _Rehearsals()
+    replay(path, workspace, [kept], kg)
+    return _exported([*kept.plans.values()], workspace, kg, form)
+
+
+def _exported(
+    plans: Sequence[tuple[Report, Outcome | None]], workspace: Workspace, kg: "Kg", form: str
+) -> Exported:
+    from adaptbot_cli.adapters.export import FORMS, grounded, spellings
+
+    unmet = [f for _, outcome in plans if outcome for f in outcome.unmet]
+    findings = tuple(dict.fromkeys((*(f for r, _ in plans for f in r.findings), *unmet)))
+    if not plans or not all(_is_ready(report, outcome) for report, outcome in plans):
+        return Exported("", findings)
+    words = spellings(_sources(workspace, kg.domain.name))
+    return Exported(FORMS[form](grounded([r for r, _ in plans], kg, words)), findings)
+
+
+def _is_ready(report: Report, outcome: Outcome | None) -> bool:
+    """Whether a plan ran through in the rehearsal and met its goal there."""
+    ran = outcome is not None and outcome.error is None and not outcome.unmet
+    return ran and report.executable and not report.open
+
+
+def _sources(workspace: Workspace, domain: str) -> list[str]:
+    from adaptbot_cli.adapters.store import files
+
+    read = (files.read(workspace.root, f"kg/{domain}/{name}") for name in PDDL_FILES)
+    return [data.decode("utf-8", "replace") for data in read if data is not None]

@@ -1,0 +1,6 @@
+(define (problem to-work)
+  (:domain briefcase)
+  (:objects home office attic - place dictionary cheque - item)
+  (:init (here home) (at dictionary home) (at cheque home) (raining))
+  (:goal (and (at dictionary office) (not (packed dictionary)) (not (at dictionary home))
+              (at cheque home) (here home) (muddy home office))))
