@@ -69,7 +69,7 @@ class Walk:
         if pointless:
             self._pointless(step, sound, pointless)
         elif sound.dropped:
-            why = f"{_reason(sound.dropped, self.kg)}, and the goal does not need it"
+            why = f"{_reason(sound.dropped, self.kg)}, and it is not required"
             self._add(replace(step, status="dropped", reason=why), None)
         elif sound.bound is None:
             self._unsound(step, sound)
