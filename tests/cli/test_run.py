@@ -216,7 +216,7 @@ def test_a_task_that_is_not_listed_uses_what_its_name_tells(dry: Dry) -> None:
 
 def test_a_task_without_any_plan_says_how_to_have_a_model(dry: Dry) -> None:
     ended = dry[1]["no plan"]
-    assert (ended.code, ended.out) == (5, "")
+    assert (ended.code, ended.json()["error"]["code"]) == (5, "model")
     for way in ("--model", "adaptbot.toml", "ADAPTBOT_MODEL", "OPENAI_API_KEY"):
         assert way in ended.said
 
