@@ -55,6 +55,13 @@ for line in sys.stdin:
                 sys.stdout.write("{}\\n")
         if n == 3 and how == "wrong step":
             sys.stdout.write(json.dumps({"done": 1}) + "\\n")
+        if n == 3 and how == "what cannot be":
+            told["observed"] = [["egg", "obj_location", "onion"], ["egg", "IsFried", "maybe"]]
+        if n == 3 and how == "both":
+            told = {"done": 3, "failed": 3, "reason": "I \\ud800 am \\u001b[31mnot sure"}
+            how = "polite"
+        if n == 2 and how == "early":
+            sys.stdout.write(json.dumps({"done": 3}) + "\\n")
         if n == 3 and how == "long line":
             sys.stdout.write("x" * 3000000 + "\\n")
         if how == "holds step 4" and n == 4:
@@ -158,6 +165,9 @@ FAULTS = {
     "floods": (6, "its answers never end"),
     "wrong step": (0, "what was not asked for"),
     "long line": (0, "no JSON object"),
+    "what cannot be": (0, "it says what cannot be: egg"),
+    "both": (0, "am ␛[31mnot sure"),
+    "early": (0, "what was not asked for"),
     "no goal": (3, "the world says that the goal is not met: the tea is cold"),
 }
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
@@ -193,6 +203,64 @@ def test_a_world_that_is_none_is_an_error_with_what_to_do(
     ended = home.adaptbot("run", "make tea", "--no-human", "--world", world, "--act-timeout", "1")
     assert ended.code == code and "Traceback" not in ended.said
     assert told in ended.said or "it did not answer within 1 seconds" in ended.said
+
+
+def test_each_task_of_a_request_has_a_process_of_its_own(home: Home) -> None:
+    run = ("run", "make tea and coffee", "--no-human", "--world", command(home, "polite"))
+    ended = home.adaptbot(*run, "--json")
+    assert ended.code == 0, ended.said
+    assert [said for said in heard(home) if "stop" in said] == [{"stop": "goal met"}] * 2
+    assert ended.json()["world"] == {
+        "failed": 0,
+        "recovered": 0,
+        "kind": command(home, "polite"),
+    }
+
+
+STUBBORN = """
+import json, os, signal, sys, time
+
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+if os.fork() == 0:
+    time.sleep(600)  # a child that holds the streams
+for line in sys.stdin:
+    said = json.loads(line)
+    told = {"ready": True} if "hello" in said else {"done": said.get("act")}
+    print(json.dumps(told if "stop" not in said else {}), flush=True)
+time.sleep(600)
+"""
+
+
+def test_what_a_process_leaves_behind_is_ended(home: Home) -> None:
+    script = home.write("stubborn.py", STUBBORN)
+    world = f"exec:'{sys.executable}' '{script}'"
+    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world)
+    assert ended.code == 0 and "goal met" in ended.said
+    assert not [p for p in Path("/proc").glob("[0-9]*/cmdline") if script.encode() in _read(p)]
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
+
+
+@pytest.mark.parametrize(
+    ("turtle", "told"),
+    [
+        ("ex:egg ex:colour ex:fridge .", 'there is no property "colour"'),
+        ("ex:egg ex:obj_location ex:onion .", "is no such home: egg"),
+        ('ex:stove ab:fails [ ab:action "explode" ] .', "there is no such action"),
+        ('ex:stove ab:fails [ ab:action "switch" ; ab:times "often" ] .', "a whole number"),
+        ("ex:egg ex:obj_location", "world.ttl"),
+    ],
+)
+def test_a_file_that_makes_no_sense_is_no_world(home: Home, turtle: str, told: str) -> None:
+    head = "".join(line + "\n" for line in WORLD.splitlines() if line.startswith("@prefix"))
+    world = home.write("world.ttl", f"{head}{turtle}\n")
+    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world)
+    assert ended.code == 6 and told in ended.said and "Traceback" not in ended.said
 
 
 def test_what_is_said_to_the_process_is_as_the_protocol_has_it(home: Home) -> None:
