@@ -92,6 +92,7 @@ def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
         last.bound.action.effect, {"agent": run.kg.domain.agent, **last.bound.values}
     )
     run.kg.apply(expected)
+    acting.helps.append(len(acting.acts))
     _log(run, acting, Acted(last.step, last.bound, expected))
     yield from _keep(run, acting, expected, Delta())
 

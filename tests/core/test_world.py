@@ -165,6 +165,13 @@ def test_the_person_says_that_a_thing_is_not_as_the_step_needs_it() -> None:
 
 
 def test_where_a_thing_is_that_is_missed_is_asked_and_it_is_fetched_from_there() -> None:
+def test_what_the_person_has_done_by_hand_is_not_recovered_from() -> None:
+    played = play(refuses(DONE[2], 3), answers={"failed board": "done"})
+    outside = played.result.outside
+    assert played.result.goal_met
+    assert outside is not None and (outside.failed, outside.recovered) == (3, 0)
+
+
     missed = frozenset({fact("board", "in", "cupboard")})
     says = refuses(DONE[1], reason="the board is not in the cupboard", gone=missed)
     played = play(says, answers={"place board": "stove"})
