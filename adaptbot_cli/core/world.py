@@ -1,7 +1,7 @@
 """What comes of a step in a world that may disagree: seen, believed, surprising (DESIGN, 7)."""
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any
 
@@ -10,6 +10,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.domain import Action, Domain
+from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Step
 from adaptbot_cli.core.report import Bound
@@ -107,6 +108,27 @@ def believe(kg: Kg, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
     What is observed goes before what was expected. Only the state graph changes: what a thing is
     like is for a person to say.
     """
+    whole, surprise = _change(kg, expected, seen)
+    kg.apply(whole)
+    return whole, surprise
+
+
+def possible(kg: Kg, expected: Delta, seen: Seen) -> tuple[Seen, tuple[str, ...]]:
+    """Return what is seen without the facts that the domain does not allow, and what is wrong
+    with those, in sentences."""
+    wrong: list[str] = []
+    while True:
+        found = new_faults(kg, _change(kg, expected, seen)[0])
+        of_seen = [fault for fault in found if fault.facts & seen.observed]
+        if not of_seen:
+            return seen, tuple(wrong)
+        wrong += [fault.plain for fault in of_seen]
+        bad = frozenset().union(*(fault.facts for fault in of_seen))
+        seen = replace(seen, observed=seen.observed - bad)
+
+
+def _change(kg: Kg, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
+    """What would change if all this were believed, and the part of it that was not expected."""
     with kg.rehearsal():
         start = kg.mark
         kg.apply(expected)
@@ -117,9 +139,7 @@ def believe(kg: Kg, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
         for fact in sorted(_states(kg, seen.observed)):
             if fact not in kg.facts:
                 kg.apply(kg.with_fact(fact, kg.facts.triples((fact[0], fact[1], None))))
-        whole, surprise = net(kg.changes(start)), net(kg.changes(expected_only))
-    kg.apply(whole)
-    return whole, surprise
+        return net(kg.changes(start)), net(kg.changes(expected_only))
 
 
 def _states(kg: Kg, facts: Iterable[Triple]) -> frozenset[Triple]:

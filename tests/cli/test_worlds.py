@@ -17,10 +17,13 @@ WORLD = (ROOT / "examples" / "kitchen.ttl").read_text("utf-8")
 ANSWERS = "pan: {mrec_location: sink}\negg: {obj_location: drawer}\n"
 
 RUDE = """
-import json, os, sys, time
+import json, os, subprocess, sys, time
 
 how = sys.argv[1]
 log = open(sys.argv[2], "a")
+if how == "leaves a child":
+    child = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(60)"
+    log.write(str(subprocess.Popen([sys.executable, "-c", child]).pid) + "\\n")
 for line in sys.stdin:
     said = json.loads(line)
     log.write(line)
@@ -55,6 +58,24 @@ for line in sys.stdin:
                 sys.stdout.write("{}\\n")
         if n == 3 and how == "wrong step":
             sys.stdout.write(json.dumps({"done": 1}) + "\\n")
+        if n == 3 and how == "closes its output":
+            os.close(1)
+            time.sleep(60)
+        if n == 3 and how == "done and failed":
+            told = {"done": 3, "failed": 3, "reason": "it is both"}
+        if n == 3 and how == "says null":
+            told = {"done": None, "failed": 3, "reason": "it is null"}
+        if n == 1 and how == "no number":
+            told = {"done": True}
+        if n == 3 and how == "no character":
+            told = {"failed": 3, "reason": "a \\ud800 b", "observed": [["\\udc80", 1, 2]]}
+        if n == 3 and how == "what cannot be":
+            told["observed"] = [["fridge", "mrec_location", "sink"], ["pot", "near", "sink"]]
+        if n == 1 and how == "says it all at once":
+            for ahead in range(2, 30):
+                sys.stdout.write(json.dumps({"done": ahead}) + "\\n")
+        if n == 3 and how == "says it all at once":
+            told = {"failed": 3, "reason": "it was asked only now"}
         if n == 3 and how == "long line":
             sys.stdout.write("x" * 3000000 + "\\n")
         if how == "holds step 4" and n == 4:
@@ -83,7 +104,8 @@ def command(home: Home, how: str) -> str:
 
 
 def heard(home: Home) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in (home.folder / "log").read_text().splitlines()]
+    lines = (home.folder / "log").read_text().splitlines()
+    return [json.loads(line) for line in lines if line.startswith("{")]
 
 
 def test_a_home_that_differs_is_learned_and_the_goal_is_met_in_it(home: Home) -> None:
@@ -159,6 +181,14 @@ FAULTS = {
     "wrong step": (0, "what was not asked for"),
     "long line": (0, "no JSON object"),
     "no goal": (3, "the world says that the goal is not met: the tea is cold"),
+    "closes its output": (6, "it has closed its output"),
+    "done and failed": (0, "it is both"),
+    "says null": (0, "): it is null"),
+    "no number": (0, 'what was not asked for: {"done": true}'),
+    "no character": (0, "a ? b"),
+    "what cannot be": (0, "it says what cannot be: fridge:"),
+    "says it all at once": (0, "): it was asked only now"),
+    "leaves a child": (0, ""),
 }
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
 
@@ -166,7 +196,7 @@ FAULTS = {
 @pytest.mark.parametrize("how", FAULTS)
 def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str) -> None:
     code, told = FAULTS[how]
-    ended = rude(home, how, seconds=2 if how == "silent" else 30)
+    ended = rude(home, how, seconds=2 if how in ("silent", "no number") else 30)
     assert ended.code == code, ended.said
     assert told in ended.said and "Traceback" not in ended.said
     if code == 0:

@@ -11,13 +11,14 @@ import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import IO, Any
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import Act, Begin, Stop
-from adaptbot_cli.core.world import LOST, Seen, fact_of, named, plain
+from adaptbot_cli.core.world import LOST, Seen, fact_of, named, plain, possible
 from adaptbot_cli.errors import WorldError
 
 VERSION = 1
@@ -27,13 +28,11 @@ LONGEST_LINE, MOST_LINES, MOST_FACTS = 1_000_000, 1_000, 10_000
 """How many characters a line may have, how many lines may come while one step is awaited, and how
 many facts an answer may tell: what is beyond is nonsense, and no reason to run out of memory."""
 
-MOST_ODD = 5
-"""How many oddities of one answer are told."""
+MOST_ODD, LONGEST_TEXT = 5, 500
+"""How many oddities of one answer are told, and how many characters of a reason."""
 
 LAST_SECONDS = 2.0
 """How long the process has to say what it sees at the end, and to end."""
-
-_ENDLESS = "its answers never end"
 
 Json = Mapping[str, Any]
 
@@ -56,6 +55,7 @@ class Process:
     _readers: list[threading.Thread] = field(default_factory=list, init=False)
     _errors: list[bytes] = field(default_factory=list, init=False)
     _lost: str = field(default="", init=False)
+    _over: bool = field(default=False, init=False)
     answered: bool = field(default=False, init=False)
     ended_by_itself: bool = field(default=True, init=False)
 
@@ -81,13 +81,12 @@ class Process:
         return words
 
     def begin(self, turn: Begin) -> Seen:
-        """Start the process and greet it; a second task finds it as the first has left it.
+        """Start the process and greet it; each task has a process of its own, as `stop` ends it.
 
         Raises:
             WorldError: it cannot be started, or does not answer as the protocol has it.
         """
-        if self._process is not None:
-            return Seen()
+        self.close()
         self._start()
         domain = self.kg.domain
         hello = {
@@ -104,7 +103,7 @@ class Process:
             why = self._lost or "it did not say that it is ready"
             self.close()
             raise WorldError(f"{self.name}: {why}{self._last_words()}; see adaptbot world check")
-        return self._seen(answer, odd)
+        return self._seen(answer, Delta(), odd)
 
     def act(self, turn: Act) -> Seen:
         """Have a step carried out; return what came of it."""
@@ -119,15 +118,13 @@ class Process:
                 "removed": [named(fact, self.kg) for fact in sorted(turn.expected.removed)],
             },
         }
-        answer, odd = self._asked(message, lambda said: _number(said) == turn.number)
+        answer, odd = self._asked(message, lambda said: _is_answer(said, turn.number))
         if answer is None:
-            dead = not self._alive() or self._lost == _ENDLESS
-            words = self._last_words() if dead else ""
-            return Seen(f"{self._lost}{words}", odd=odd, over=LOST if dead else "")
-        seen = self._seen(answer, odd)
-        if "done" in answer:
-            return seen
-        reason = str(answer.get("reason") or "it did not say why")[:500]
+            words = self._last_words() if self._over else ""
+            return Seen(f"{self._lost}{words}", odd=odd, over=LOST if self._over else "")
+        failed = answer.get("failed") is not None
+        seen = self._seen(answer, Delta() if failed else turn.expected, odd)
+        reason = _text(answer.get("reason") or "it did not say why") if failed else ""
         return Seen(reason, seen.observed, seen.gone, seen.odd)
 
     def stop(self, turn: Stop) -> Seen:
@@ -141,8 +138,8 @@ class Process:
         if answer is None:
             return Seen()
         goal = answer.get("goal")
-        seen = self._seen(answer, odd)
-        why = str(answer.get("reason") or "")[:500]
+        seen = self._seen(answer, Delta(), odd)
+        why = _text(answer.get("reason") or "")
         return Seen(
             why, seen.observed, seen.gone, seen.odd, "", goal if isinstance(goal, bool) else None
         )
@@ -160,18 +157,19 @@ class Process:
         except subprocess.TimeoutExpired:
             self.ended_by_itself = False
         for number in (signal.SIGTERM, signal.SIGKILL):
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(process.pid, number)
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(LAST_SECONDS)
+            if _is_gone(process, number):
                 break
-        for stream in (process.stdout, process.stderr):
-            if stream:
+        for reader, stream in zip(self._readers, (process.stdout, process.stderr), strict=True):
+            reader.join(LAST_SECONDS / 2)
+            if stream and not reader.is_alive():  # else a stranger holds the other end
                 stream.close()
+        self._process = None
 
     def _start(self) -> None:
         words = self.find()
         try:
+            self._lines, self._readers, self._errors = queue.Queue(MOST_LINES), [], []
+            self._lost, self._over, self.ended_by_itself = "", False, True
             self._process = subprocess.Popen(
                 words,
                 stdin=subprocess.PIPE,
@@ -204,13 +202,13 @@ class Process:
     def _asked(self, message: Json, fits: Any) -> tuple[Json | None, tuple[str, ...]]:
         """Say something and wait for the answer; None if none comes, and `_lost` says why."""
         assert self._process is not None and self._process.stdin is not None
-        odd: list[str] = []
+        odd = [_unfit(line) for line in self._unasked()]
         self.answered = False
         try:
             self._process.stdin.write(json.dumps(message).encode() + b"\n")
             self._process.stdin.flush()
         except (OSError, ValueError):
-            self._lost = f"the process has ended{self._code()}"
+            self._end("it no longer listens")
             return None, ()
         until = time.monotonic() + self.seconds
         for _ in range(MOST_LINES):
@@ -218,28 +216,41 @@ class Process:
                 line = self._lines.get(timeout=max(0.0, until - time.monotonic()))
             except queue.Empty:
                 self._lost = f"it did not answer within {self.seconds:g} seconds"
+                self._over = not self._alive()
                 return None, tuple(odd[:MOST_ODD])
             if line is None:
-                with suppress(subprocess.TimeoutExpired):
-                    self._process.wait(LAST_SECONDS)
-                self._readers[-1].join(LAST_SECONDS)  # its last words may still be on the way
-                self._lines.put(None)
-                self._lost = f"the process has ended{self._code()}"
+                self._end("it has closed its output")
                 return None, tuple(odd[:MOST_ODD])
             said = _object(line)
             if said is None:
                 odd.append(f"it said what is no JSON object: {_short(line)}")
             elif not fits(said):
-                odd.append(f"it said what was not asked for: {_short(line)}")
+                odd.append(_unfit(line))
             else:
                 self.answered = True
                 return said, tuple(odd[:MOST_ODD])
-        self._lost = _ENDLESS
+        self._lost, self._over = "its answers never end", True
         return None, tuple(odd[:MOST_ODD])
 
-    def _code(self) -> str:
-        code = self._process.poll() if self._process else None
-        return f" with code {code}" if code is not None else ""
+    def _unasked(self) -> Iterator[bytes]:
+        """The lines that have come since the last answer: they cannot be one to what comes next."""
+        with suppress(queue.Empty):
+            for _ in range(MOST_LINES):
+                line = self._lines.get_nowait()
+                if line is None:
+                    self._lines.put(None)
+                    return
+                yield line
+
+    def _end(self, deaf: str) -> None:
+        """Note that the process can no longer be asked: it has ended, or it lives and is `deaf`."""
+        assert self._process is not None
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(LAST_SECONDS)
+        self._readers[-1].join(LAST_SECONDS)  # its last words may still be on the way
+        code = self._process.poll()
+        self._lost = deaf if code is None else f"the process has ended with code {code}"
+        self._over = True
 
     def _arguments(self, turn: Act) -> dict[str, Any]:
         """The arguments of an action by parameter, in order: names and plain values."""
@@ -247,8 +258,8 @@ class Process:
         given = {p.name: values[p.name] for p in turn.bound.action.parameters if p.name in values}
         return {name: plain(node, self.kg) for name, node in given.items()}
 
-    def _seen(self, answer: Json, odd: Iterable[str]) -> Seen:
-        """What an answer tells; what makes no sense is left out, and said."""
+    def _seen(self, answer: Json, expected: Delta, odd: Iterable[str]) -> Seen:
+        """What an answer tells beside what is expected; nonsense is left out, and said."""
         strange = list(odd)
         observed = self._facts(answer.get("observed"), strange)
         gone = self._facts(answer.get("gone"), strange)
@@ -258,7 +269,9 @@ class Process:
         several = _several(observed, self.kg)
         for fact in sorted(several):
             strange.append(f"it says several values of {_told(fact, self.kg)}")
-        return Seen("", observed - several, gone, tuple(strange[:MOST_ODD]))
+        seen, wrong = possible(self.kg, expected, Seen("", observed - several, gone))
+        strange += [f"it says what cannot be: {each}" for each in wrong]
+        return replace(seen, odd=tuple(map(_text, strange[:MOST_ODD])))
 
     def _facts(self, told: object, strange: list[str]) -> frozenset[Triple]:
         if told is None:
@@ -289,8 +302,29 @@ def _told(fact: Triple, kg: Kg) -> str:
     return " ".join(map(str, named(fact, kg)))
 
 
-def _number(said: Json) -> object:
-    return said.get("done", said.get("failed"))
+def _is_gone(process: "subprocess.Popen[bytes]", number: int) -> bool:
+    """Send a signal to a process and to what it has started; return whether they end soon."""
+    until = time.monotonic() + LAST_SECONDS
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, number)
+        while time.monotonic() < until:
+            process.poll()
+            os.killpg(process.pid, 0)
+            time.sleep(0.01)
+        return False
+    process.wait()
+    return True
+
+
+def _is_answer(said: Json, number: int) -> bool:
+    """Whether a message tells what came of a step: all that it says is about this one."""
+    told = [said[key] for key in ("done", "failed") if said.get(key) is not None]
+    return bool(told) and all(n == number and not isinstance(n, bool) for n in told)
+
+
+def _text(told: object) -> str:
+    """The beginning of what is told, as text that can be written anywhere."""
+    return str(told)[:LONGEST_TEXT].encode("utf-8", "replace").decode()
 
 
 def _object(line: bytes) -> Json | None:
@@ -299,6 +333,10 @@ def _object(line: bytes) -> Json | None:
     except (ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) else None
+
+
+def _unfit(line: bytes) -> str:
+    return f"it said what was not asked for: {_short(line)}"
 
 
 def _short(line: bytes) -> str:
