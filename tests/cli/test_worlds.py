@@ -180,7 +180,6 @@ FAULTS = {
     "floods": (6, "its answers never end"),
     "wrong step": (0, "what was not asked for"),
     "long line": (0, "no JSON object"),
-    "no goal": (3, "the world says that the goal is not met: the tea is cold"),
     "closes its output": (6, "it has closed its output"),
     "done and failed": (0, "it is both"),
     "says null": (0, "): it is null"),
@@ -190,6 +189,7 @@ FAULTS = {
     "says it all at once": (0, "): it was asked only now"),
     "leaves a child": (0, ""),
 }
+    "no goal": (3, "the world says that the goal is not met: the tea is cold"),
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
 
 
@@ -208,6 +208,49 @@ def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str
 
 
 @pytest.mark.parametrize(
+def test_nothing_that_a_process_has_started_is_left_behind_or_waited_for(home: Home) -> None:
+    before = time.monotonic()
+    assert rude(home, "leaves a child").code == 0
+    assert time.monotonic() - before < 50, "it has waited for the child"
+    child = int((home.folder / "log").read_text().splitlines()[0])
+    wait_for(lambda: not Path(f"/proc/{child}/cmdline").is_file() or not cmdline(child), 10)
+
+
+def cmdline(process: int) -> str:
+    """What a process runs, "" if it has ended."""
+    return Path(f"/proc/{process}/cmdline").read_text()
+
+
+def test_every_task_of_a_request_is_carried_out(home: Home) -> None:
+    run = ("run", "make tea and omelette", "--no-human", "--world", command(home, "polite"))
+    ended = home.adaptbot(*run)
+    assert ended.code == 0, ended.said
+    assert sum("hello" in said for said in heard(home)) == 2
+    done = {said["action"] for said in heard(home) if "act" in said}
+    assert {"boil", "fry"} <= done
+
+
+@pytest.mark.parametrize(
+    ("facts", "told"),
+    [
+        ("ex:egg ex:obj_location ex:onion .", "egg: place (obj_location)"),
+        ("ex:unicorn ex:obj_location ex:fridge .", "unicorn: nothing says what it is"),
+        ("ex:egg ex:colour 'red' .", 'there is no property "colour"'),
+        ("ex:pot ex:mrec_location ex:pot .", "is in itself"),
+        ("ex:pot ex:mrec_location ex:sink, ex:rack .", "has 2 values"),
+        ("ex:stove ab:fails [ ab:action 'swich' ] .", 'cannot fail to "swich"'),
+        ("ex:stove ab:fails [ ab:action 'switch' ; ab:times 'many' ] .", "a whole number from 1"),
+    ],
+)
+def test_mistakes_of_a_home_are_told_before_anything_is_done(
+    home: Home, facts: str, told: str
+) -> None:
+    world = home.write("world.ttl", WORLD.partition("ex:egg")[0] + facts)
+    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world)
+    assert ended.code == 6 and "Traceback" not in ended.said
+    assert told in " ".join(ended.said.split())
+
+
     ("world", "code", "told"),
     [
         ("exec:no-such-program-here", 6, 'there is no program "no-such-program-here"'),

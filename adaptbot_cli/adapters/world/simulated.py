@@ -4,11 +4,12 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from rdflib import RDF, BNode, Literal, URIRef
+from rdflib import RDF, RDFS, BNode, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.execute import check_goal
+from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.rehearse import holds, perform
 from adaptbot_cli.core.report import Bound
@@ -17,6 +18,10 @@ from adaptbot_cli.core.static import attribute_findings, sentence
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local
 from adaptbot_cli.core.turns import Act, Begin, Stop
 from adaptbot_cli.core.world import Seen
+from adaptbot_cli.errors import WorldError
+
+MOST_TOLD = 5
+"""How many mistakes of a file are told."""
 
 WHOLE = 0.5
 """From which share of the home's things on a file that says where they are, or what they are, is
@@ -86,8 +91,16 @@ class SimulatedHome:
     def of(
         cls, kg: Kg, facts: list[Triple], path: str, noise: float = 0.0, seed: int = 0
     ) -> "SimulatedHome":
-        """Return the home that a file of facts describes."""
+        """Return the home that a file of facts describes.
+
+        Raises:
+            WorldError: it says what makes no sense in this home.
+        """
         truth, _ = truth_of(kg, facts)
+        wrong = [*_mistakes(kg, truth, facts), *_wrong_slips(kg, facts)]
+        if wrong:
+            more = f" (and {len(wrong) - MOST_TOLD} more)" if len(wrong) > MOST_TOLD else ""
+            raise WorldError(f"{path} is no such home: {'; '.join(wrong[:MOST_TOLD])}{more}")
         return cls(kg, truth, path, noise, seed, list(_slips(facts)))
 
     @property
@@ -204,6 +217,29 @@ class SimulatedHome:
         return all(self.kg.classes(t) or t == self.kg.domain.agent for t in things)
 
 
+def _mistakes(kg: Kg, truth: Kg, facts: list[Triple]) -> Iterator[str]:
+    """What a file says that the domain does not know or allow, beside what is believed."""
+    told = (RDF.type, *kg.domain.properties)
+    for predicate in sorted({str(p) for s, p, _ in facts if not isinstance(s, BNode)}):
+        if URIRef(predicate) not in told and not predicate.startswith((str(AB), str(RDFS))):
+            yield f'there is no property "{local(URIRef(predicate))}"'
+    known, true = (
+        frozenset(fact for name in (ATTRIBUTES, STATES) for fact in graph.graph(name))
+        for graph in (kg, truth)
+    )
+    for fault in new_faults(kg, Delta(known - true, true - known)):
+        if fault.about is not None:  # a home may lack what the pack names
+            yield fault.plain
+
+
+def _wrong_slips(kg: Kg, facts: list[Triple]) -> Iterator[str]:
+    for thing, action, times, _ in _slips(facts):
+        if action not in kg.domain.actions:
+            yield f'{kg.name(thing)} cannot fail to "{action}": there is no such action'
+        elif times < 1:
+            yield f"how often {action} fails with {kg.name(thing)} must be a whole number from 1 on"
+
+
 def _slips(facts: list[Triple]) -> Iterator[tuple[Node, str, int, str]]:
     """The steps that fail in this home: `ex:stove ab:fails [ab:action "switch"; ab:times 1]`."""
     told: dict[Node, dict[str, Node]] = {}
@@ -213,6 +249,7 @@ def _slips(facts: list[Triple]) -> Iterator[tuple[Node, str, int, str]]:
     for subject, predicate, value in sorted(facts):
         if predicate == AB.fails:
             parts = told.get(value, {})
-            times = parts.get("times", Literal(1)).toPython()  # type: ignore[attr-defined]
+            times = str(parts.get("times", "1"))
             reason = str(parts.get("reason", "it slipped"))
-            yield subject, str(parts.get("action", "")), int(times), reason
+            action = str(parts.get("action", value))
+            yield subject, action, int(times) if times.isdecimal() else 0, reason
