@@ -78,7 +78,8 @@ for line in sys.stdin:
             told = {"failed": 3, "reason": "it was asked only now"}
         if n == 3 and how == "long line":
             sys.stdout.write("x" * 3000000 + "\\n")
-        if how == "holds step 4" and n == 4:
+        second = how == "holds the second step 4" and open(sys.argv[2]).read().count("hello") == 2
+        if n == 4 and (how == "holds step 4" or second):
             while not os.path.exists(sys.argv[3]):
                 time.sleep(0.02)
     sys.stdout.write(json.dumps(told) + "\\n")
@@ -188,8 +189,8 @@ FAULTS = {
     "what cannot be": (0, "it says what cannot be: fridge:"),
     "says it all at once": (0, "): it was asked only now"),
     "leaves a child": (0, ""),
-}
     "no goal": (3, "the world says that the goal is not met: the tea is cold"),
+}
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
 
 
@@ -207,7 +208,6 @@ def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str
     assert home.adaptbot("replay", str(transcript)).code == 0
 
 
-@pytest.mark.parametrize(
 def test_nothing_that_a_process_has_started_is_left_behind_or_waited_for(home: Home) -> None:
     before = time.monotonic()
     assert rude(home, "leaves a child").code == 0
@@ -251,6 +251,7 @@ def test_mistakes_of_a_home_are_told_before_anything_is_done(
     assert told in " ".join(ended.said.split())
 
 
+@pytest.mark.parametrize(
     ("world", "code", "told"),
     [
         ("exec:no-such-program-here", 6, 'there is no program "no-such-program-here"'),
@@ -307,6 +308,26 @@ def test_ctrl_c_stops_after_the_step_at_hand_and_resume_goes_on_from_there(home:
     assert ended.code == 0 and "goal met" in ended.said
     calls = [(m["action"], *m["args"]) for m in heard(home) if "act" in m]
     assert len(calls) == len(set(calls)), "a step was done twice"
+
+
+def test_resume_does_not_take_up_a_task_again_that_has_come_to_its_end(home: Home) -> None:
+    run = ["run", "make an omelette and tea", "--no-human"]
+    with tty(home, *run, "--world", command(home, "holds the second step 4")) as terminal:
+        wait_for(lambda: [m.get("act") for m in heard_so_far(home)].count(4) == 2)
+        terminal.process.send(CTRL_C)
+        terminal.process.expect_exact("^C")
+        (home.folder / "go on").touch()
+        assert terminal.ends() == 130
+    ended = home.adaptbot("resume")
+    assert ended.code == 0 and "goal met" in ended.said
+    actions = [said["action"] for said in heard(home) if "act" in said]
+    assert (actions.count("fry"), actions.count("boil")) == (1, 1)
+    *_, transcript = sorted((home.workspace / "transcripts").iterdir())
+    assert home.adaptbot("replay", str(transcript)).code == 0
+
+
+def heard_so_far(home: Home) -> list[dict[str, Any]]:
+    return heard(home) if (home.folder / "log").is_file() else []
 
 
 def wait_for(is_so: Any, seconds: float = 60) -> None:
