@@ -94,8 +94,12 @@ def pursue_each(
     full: bool = False,
     world: Confirm | None = None,
     done: Sequence[str] = (),
+    over: Sequence[str] = (),
 ) -> Turns:
     """Pursue every task of a request, each on the state that the one before has left.
+
+    `over` are the tasks that have come to their end in a world outside in a run that was cut off
+    in a later one; `done` are that one's calls. They are not taken up again.
 
     `read` says what words mean; a reading that is in doubt is confirmed by the person first. The
     state of the graph in memory is that before the last task then.
@@ -103,7 +107,11 @@ def pursue_each(
     reading, asked = yield from confirmed(text, read)
     yield Understood(reading)
     results: list[Result] = []
+    ended = list(over)
     for task in reading.tasks:
+        if task.name in ended:
+            ended.remove(task.name)
+            continue
         before = results[-1] if results else None
         if before is not None and before.outside is not None and before.outcome is not None:
             if before.outcome.error is not None and before.outcome.error.code in ("E602", "E604"):
@@ -112,6 +120,7 @@ def pursue_each(
             for delta in before.outcome.deltas:
                 kg.apply(delta)
         results.append((yield from pursue(task, kg, parse, policy, replans, full, world, done)))
+        done = ()
     if not results:
         told = f"nothing is to be done: the request says not to {reading.refused or 'do anything'}"
         finding = Finding("W604", told, reading.refused)

@@ -102,6 +102,7 @@ class Session:
     state: str | None = None
     stopped: bool = False
     root: Path = Path()
+    over: tuple[str, ...] = ()
     done: tuple[str, ...] = ()
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
@@ -122,6 +123,7 @@ class Session:
             request.full,
             request.confirm if self.ports.world else None,
             self.done,
+            self.over,
         )
         try:
             result = drive(turns, self.ports)
@@ -195,7 +197,9 @@ def build(
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace.root)
         if request.resumes is not None:
-            planner, human, session.done = remembering(request.resumes, planner, human)
+            planner, human, session.over, session.done = remembering(
+                request.resumes, planner, human
+            )
         if transcript is not None:
             header = _header(session)
             session.recorder = stack.enter_context(recording(transcript, kg, header))
@@ -380,6 +384,7 @@ def _header(session: Session) -> dict[str, Any]:
         "planner": session.planner,
         **session.asked,
         **_options(request),
+        **({"over": list(session.over)} if session.over else {}),
         **({"done": list(session.done)} if session.done else {}),
     }
 

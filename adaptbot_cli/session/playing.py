@@ -81,8 +81,8 @@ def replay(
         result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
         world = header.get("confirm", "none") if "world" in header else None
-        done = tuple(map(str, header.get("done") or ()))
-        turns_of_it = pursue_each(text, read_it, kg, parser(kg), policy, replans, full, world, done)
-        result = drive(turns_of_it, ports)
+        done, over = (tuple(map(str, header.get(key) or ())) for key in ("done", "over"))
+        how = (policy, replans, full, world, done, over)
+        result = drive(pursue_each(text, read_it, kg, parser(kg), *how), ports)
     player.end(result)
     return result

@@ -100,9 +100,10 @@ def spent(path: Path) -> "list[Spent]":
 
 def remembering(
     path: Path, planner: Planner, human: Human
-) -> tuple[Planner, Human, tuple[str, ...]]:
-    """Return a planner and a human that first give what a run that was cut off was given, and the
-    calls that it has carried out in a world outside.
+) -> tuple[Planner, Human, tuple[str, ...], tuple[str, ...]]:
+    """Return a planner and a human that first give what a run that was cut off was given; the
+    tasks that it has brought to their end in a world outside, and the calls that it has carried
+    out there for the next one.
 
     Who has answered in a transcript that is not of this user nobody knows: only its plans count.
     """
@@ -119,4 +120,4 @@ def remembering(
         own = is_own(each, header)
         memory.take(turn for turn in turns if own or turn["turn"] in ("propose", "checked"))
     known = RememberingPlanner(memory, planner), RememberingHuman(memory, human)
-    return *known, tuple(memory.done)
+    return *known, tuple(memory.over), tuple(memory.done)

@@ -17,10 +17,13 @@ WORLD = (ROOT / "examples" / "kitchen.ttl").read_text("utf-8")
 ANSWERS = "pan: {mrec_location: sink}\negg: {obj_location: drawer}\n"
 
 RUDE = """
-import json, os, sys, time
+import json, os, subprocess, sys, time
 
 how = sys.argv[1]
 log = open(sys.argv[2], "a")
+if how == "leaves a child":
+    child = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(60)"
+    log.write(str(subprocess.Popen([sys.executable, "-c", child]).pid) + "\\n")
 for line in sys.stdin:
     said = json.loads(line)
     log.write(line)
@@ -55,16 +58,28 @@ for line in sys.stdin:
                 sys.stdout.write("{}\\n")
         if n == 3 and how == "wrong step":
             sys.stdout.write(json.dumps({"done": 1}) + "\\n")
+        if n == 3 and how == "closes its output":
+            os.close(1)
+            time.sleep(60)
+        if n == 3 and how == "done and failed":
+            told = {"done": 3, "failed": 3, "reason": "it is both"}
+        if n == 3 and how == "says null":
+            told = {"done": None, "failed": 3, "reason": "it is null"}
+        if n == 1 and how == "no number":
+            told = {"done": True}
+        if n == 3 and how == "no character":
+            told = {"failed": 3, "reason": "a \\ud800 b", "observed": [["\\udc80", 1, 2]]}
         if n == 3 and how == "what cannot be":
-            told["observed"] = [["egg", "obj_location", "onion"], ["egg", "IsFried", "maybe"]]
-        if n == 3 and how == "both":
-            told = {"done": 3, "failed": 3, "reason": "I \\ud800 am \\u001b[31mnot sure"}
-            how = "polite"
-        if n == 2 and how == "early":
-            sys.stdout.write(json.dumps({"done": 3}) + "\\n")
+            told["observed"] = [["fridge", "mrec_location", "sink"], ["pot", "near", "sink"]]
+        if n == 1 and how == "says it all at once":
+            for ahead in range(2, 30):
+                sys.stdout.write(json.dumps({"done": ahead}) + "\\n")
+        if n == 3 and how == "says it all at once":
+            told = {"failed": 3, "reason": "it was asked only now"}
         if n == 3 and how == "long line":
             sys.stdout.write("x" * 3000000 + "\\n")
-        if how == "holds step 4" and n == 4:
+        second = how == "holds the second step 4" and open(sys.argv[2]).read().count("hello") == 2
+        if n == 4 and (how == "holds step 4" or second):
             while not os.path.exists(sys.argv[3]):
                 time.sleep(0.02)
     sys.stdout.write(json.dumps(told) + "\\n")
@@ -90,7 +105,8 @@ def command(home: Home, how: str) -> str:
 
 
 def heard(home: Home) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in (home.folder / "log").read_text().splitlines()]
+    lines = (home.folder / "log").read_text().splitlines()
+    return [json.loads(line) for line in lines if line.startswith("{")]
 
 
 def test_a_home_that_differs_is_learned_and_the_goal_is_met_in_it(home: Home) -> None:
@@ -165,9 +181,14 @@ FAULTS = {
     "floods": (6, "its answers never end"),
     "wrong step": (0, "what was not asked for"),
     "long line": (0, "no JSON object"),
-    "what cannot be": (0, "it says what cannot be: egg"),
-    "both": (0, "am ␛[31mnot sure"),
-    "early": (0, "what was not asked for"),
+    "closes its output": (6, "it has closed its output"),
+    "done and failed": (0, "it is both"),
+    "says null": (0, "): it is null"),
+    "no number": (0, 'what was not asked for: {"done": true}'),
+    "no character": (0, "a ? b"),
+    "what cannot be": (0, "it says what cannot be: fridge:"),
+    "says it all at once": (0, "): it was asked only now"),
+    "leaves a child": (0, ""),
     "no goal": (3, "the world says that the goal is not met: the tea is cold"),
 }
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
@@ -176,7 +197,7 @@ FAULTS = {
 @pytest.mark.parametrize("how", FAULTS)
 def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str) -> None:
     code, told = FAULTS[how]
-    ended = rude(home, how, seconds=2 if how == "silent" else 30)
+    ended = rude(home, how, seconds=2 if how in ("silent", "no number") else 30)
     assert ended.code == code, ended.said
     assert told in ended.said and "Traceback" not in ended.said
     if code == 0:
@@ -185,6 +206,49 @@ def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str
     assert acts == [*range(1, len(acts) + 1)]
     (transcript,) = (home.workspace / "transcripts").iterdir()
     assert home.adaptbot("replay", str(transcript)).code == 0
+
+
+def test_nothing_that_a_process_has_started_is_left_behind_or_waited_for(home: Home) -> None:
+    before = time.monotonic()
+    assert rude(home, "leaves a child").code == 0
+    assert time.monotonic() - before < 50, "it has waited for the child"
+    child = int((home.folder / "log").read_text().splitlines()[0])
+    wait_for(lambda: not Path(f"/proc/{child}/cmdline").is_file() or not cmdline(child), 10)
+
+
+def cmdline(process: int) -> str:
+    """What a process runs, "" if it has ended."""
+    return Path(f"/proc/{process}/cmdline").read_text()
+
+
+def test_every_task_of_a_request_is_carried_out(home: Home) -> None:
+    run = ("run", "make tea and omelette", "--no-human", "--world", command(home, "polite"))
+    ended = home.adaptbot(*run)
+    assert ended.code == 0, ended.said
+    assert sum("hello" in said for said in heard(home)) == 2
+    done = {said["action"] for said in heard(home) if "act" in said}
+    assert {"boil", "fry"} <= done
+
+
+@pytest.mark.parametrize(
+    ("facts", "told"),
+    [
+        ("ex:egg ex:obj_location ex:onion .", "egg: place (obj_location)"),
+        ("ex:unicorn ex:obj_location ex:fridge .", "unicorn: nothing says what it is"),
+        ("ex:egg ex:colour 'red' .", 'there is no property "colour"'),
+        ("ex:pot ex:mrec_location ex:pot .", "is in itself"),
+        ("ex:pot ex:mrec_location ex:sink, ex:rack .", "has 2 values"),
+        ("ex:stove ab:fails [ ab:action 'swich' ] .", 'cannot fail to "swich"'),
+        ("ex:stove ab:fails [ ab:action 'switch' ; ab:times 'many' ] .", "a whole number from 1"),
+    ],
+)
+def test_mistakes_of_a_home_are_told_before_anything_is_done(
+    home: Home, facts: str, told: str
+) -> None:
+    world = home.write("world.ttl", WORLD.partition("ex:egg")[0] + facts)
+    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world)
+    assert ended.code == 6 and "Traceback" not in ended.said
+    assert told in " ".join(ended.said.split())
 
 
 @pytest.mark.parametrize(
@@ -203,64 +267,6 @@ def test_a_world_that_is_none_is_an_error_with_what_to_do(
     ended = home.adaptbot("run", "make tea", "--no-human", "--world", world, "--act-timeout", "1")
     assert ended.code == code and "Traceback" not in ended.said
     assert told in ended.said or "it did not answer within 1 seconds" in ended.said
-
-
-def test_each_task_of_a_request_has_a_process_of_its_own(home: Home) -> None:
-    run = ("run", "make tea and coffee", "--no-human", "--world", command(home, "polite"))
-    ended = home.adaptbot(*run, "--json")
-    assert ended.code == 0, ended.said
-    assert [said for said in heard(home) if "stop" in said] == [{"stop": "goal met"}] * 2
-    assert ended.json()["world"] == {
-        "failed": 0,
-        "recovered": 0,
-        "kind": command(home, "polite"),
-    }
-
-
-STUBBORN = """
-import json, os, signal, sys, time
-
-signal.signal(signal.SIGTERM, signal.SIG_IGN)
-if os.fork() == 0:
-    time.sleep(600)  # a child that holds the streams
-for line in sys.stdin:
-    said = json.loads(line)
-    told = {"ready": True} if "hello" in said else {"done": said.get("act")}
-    print(json.dumps(told if "stop" not in said else {}), flush=True)
-time.sleep(600)
-"""
-
-
-def test_what_a_process_leaves_behind_is_ended(home: Home) -> None:
-    script = home.write("stubborn.py", STUBBORN)
-    world = f"exec:'{sys.executable}' '{script}'"
-    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world)
-    assert ended.code == 0 and "goal met" in ended.said
-    assert not [p for p in Path("/proc").glob("[0-9]*/cmdline") if script.encode() in _read(p)]
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError:
-        return b""
-
-
-@pytest.mark.parametrize(
-    ("turtle", "told"),
-    [
-        ("ex:egg ex:colour ex:fridge .", 'there is no property "colour"'),
-        ("ex:egg ex:obj_location ex:onion .", "is no such home: egg"),
-        ('ex:stove ab:fails [ ab:action "explode" ] .', "there is no such action"),
-        ('ex:stove ab:fails [ ab:action "switch" ; ab:times "often" ] .', "a whole number"),
-        ("ex:egg ex:obj_location", "world.ttl"),
-    ],
-)
-def test_a_file_that_makes_no_sense_is_no_world(home: Home, turtle: str, told: str) -> None:
-    head = "".join(line + "\n" for line in WORLD.splitlines() if line.startswith("@prefix"))
-    world = home.write("world.ttl", f"{head}{turtle}\n")
-    ended = home.adaptbot("run", "make tea", "--no-human", "--world", world)
-    assert ended.code == 6 and told in ended.said and "Traceback" not in ended.said
 
 
 def test_what_is_said_to_the_process_is_as_the_protocol_has_it(home: Home) -> None:
@@ -302,6 +308,26 @@ def test_ctrl_c_stops_after_the_step_at_hand_and_resume_goes_on_from_there(home:
     assert ended.code == 0 and "goal met" in ended.said
     calls = [(m["action"], *m["args"]) for m in heard(home) if "act" in m]
     assert len(calls) == len(set(calls)), "a step was done twice"
+
+
+def test_resume_does_not_take_up_a_task_again_that_has_come_to_its_end(home: Home) -> None:
+    run = ["run", "make an omelette and tea", "--no-human"]
+    with tty(home, *run, "--world", command(home, "holds the second step 4")) as terminal:
+        wait_for(lambda: [m.get("act") for m in heard_so_far(home)].count(4) == 2)
+        terminal.process.send(CTRL_C)
+        terminal.process.expect_exact("^C")
+        (home.folder / "go on").touch()
+        assert terminal.ends() == 130
+    ended = home.adaptbot("resume")
+    assert ended.code == 0 and "goal met" in ended.said
+    actions = [said["action"] for said in heard(home) if "act" in said]
+    assert (actions.count("fry"), actions.count("boil")) == (1, 1)
+    *_, transcript = sorted((home.workspace / "transcripts").iterdir())
+    assert home.adaptbot("replay", str(transcript)).code == 0
+
+
+def heard_so_far(home: Home) -> list[dict[str, Any]]:
+    return heard(home) if (home.folder / "log").is_file() else []
 
 
 def wait_for(is_so: Any, seconds: float = 60) -> None:

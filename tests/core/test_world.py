@@ -17,7 +17,15 @@ from adaptbot_cli.core.questions import LATER, Reviewed
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Propose, Stop, Turn
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue
-from adaptbot_cli.core.world import STOPPED, Seen, believe, fact_of, is_irreversible, named
+from adaptbot_cli.core.world import (
+    STOPPED,
+    Seen,
+    believe,
+    fact_of,
+    is_irreversible,
+    named,
+    possible,
+)
 from tests.driving import Answers, Script
 from tests.worlds import GOOD, W, facts, workshop
 
@@ -155,6 +163,13 @@ def test_the_person_is_asked_about_a_step_that_fails_again(answer: str, then: li
     assert played.tried == [*DONE, *[DONE[4]] * 2, *then]
     assert played.result.goal_met is (answer in ("again", "done"))
     assert (fact("board", "drilled", True) in played.kg.facts) is (answer in ("again", "done"))
+
+
+def test_what_the_person_has_done_by_hand_is_not_recovered_from() -> None:
+    played = play(refuses(DONE[2], 3), answers={"failed board": "done"})
+    outside = played.result.outside
+    assert played.result.goal_met
+    assert outside is not None and (outside.failed, outside.recovered) == (3, 0)
 
 
 def test_the_person_says_that_a_thing_is_not_as_the_step_needs_it() -> None:
@@ -349,6 +364,15 @@ def test_what_is_seen_goes_before_what_is_expected(expected: Any, observed: Any,
     assert observed <= after
     assert not (gone - observed) & after
     assert after == (before - whole.removed) | whole.added
+
+
+def test_what_the_domain_does_not_allow_is_not_seen() -> None:
+    """Neither what is of the wrong kind nor what would be in itself; the rest is."""
+    good = frozenset({fact("board", "in", "stove"), fact("cupboard", "doorOpen", True)})
+    bad = frozenset({fact("drill", "in", "board"), fact("bench", "in", "bench")})
+    seen, wrong = possible(workshop(), Delta(), Seen("", good | bad))
+    assert seen.observed == good and len(wrong) == 2
+    assert possible(workshop(), Delta(), Seen("", good)) == (Seen("", good), ())
 
 
 def test_facts_are_told_by_names_and_read_back() -> None:

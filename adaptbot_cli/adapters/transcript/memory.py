@@ -35,8 +35,9 @@ class Memory:
 
     `plan` is the last one that was looked at: one that was `proposed` may have been refused;
     `reopened` are the answers that the person went back from. In a world outside, `done` are the
-    calls that were carried out, and `left` is what of the plan was still to be done, by task, of
-    the steps that were `checked`.
+    calls that were carried out for the last task, `over` the tasks that had come to their end
+    before, and `left` is what of the plan was still to be done, by task, of the steps that were
+    `checked`.
     """
 
     proposals: dict[Prompt, Proposal] = field(default_factory=dict)
@@ -46,6 +47,7 @@ class Memory:
     edits: dict[str, list[Edit]] = field(default_factory=dict)
     plans: dict[str, str] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
+    over: list[str] = field(default_factory=list)
     left: dict[str, str] = field(default_factory=dict)
     checked: list[str] = field(default_factory=list)
     task: str = ""
@@ -54,9 +56,15 @@ class Memory:
 
     def take(self, documents: Iterable[Document]) -> None:
         """Add what a run's documents tell; later answers go before earlier ones."""
+        ended = False
         for document in documents:
             match document["turn"]:
+                case "stop":
+                    ended = True
                 case "propose" if isinstance(document.get("reply"), str):
+                    if ended:
+                        self.over.append(self.task)
+                        self.done, ended = [], False
                     self.task = str(document.get("task", ""))
                     findings = _texts(document.get("findings"))
                     prompt = (self.task, int(document.get("attempt", 0)), findings)

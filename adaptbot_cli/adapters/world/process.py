@@ -103,7 +103,7 @@ class Process:
             why = self._lost or "it did not say that it is ready"
             self.close()
             raise WorldError(f"{self.name}: {why}{self._last_words()}; see adaptbot world check")
-        return self._seen(answer, odd, Delta())
+        return self._seen(answer, Delta(), odd)
 
     def act(self, turn: Act) -> Seen:
         """Have a step carried out; return what came of it."""
@@ -123,7 +123,7 @@ class Process:
             words = self._last_words() if self._over else ""
             return Seen(f"{self._lost}{words}", odd=odd, over=LOST if self._over else "")
         failed = answer.get("failed") is not None
-        seen = self._seen(answer, odd, Delta() if failed else turn.expected)
+        seen = self._seen(answer, Delta() if failed else turn.expected, odd)
         reason = _text(answer.get("reason") or "it did not say why") if failed else ""
         return Seen(reason, seen.observed, seen.gone, seen.odd)
 
@@ -138,7 +138,7 @@ class Process:
         if answer is None:
             return Seen()
         goal = answer.get("goal")
-        seen = self._seen(answer, odd, Delta())
+        seen = self._seen(answer, Delta(), odd)
         why = _text(answer.get("reason") or "")
         return Seen(
             why, seen.observed, seen.gone, seen.odd, "", goal if isinstance(goal, bool) else None
@@ -258,8 +258,8 @@ class Process:
         given = {p.name: values[p.name] for p in turn.bound.action.parameters if p.name in values}
         return {name: plain(node, self.kg) for name, node in given.items()}
 
-    def _seen(self, answer: Json, odd: Iterable[str], expected: Delta) -> Seen:
-        """What an answer tells besides what is expected; nonsense is left out, and said."""
+    def _seen(self, answer: Json, expected: Delta, odd: Iterable[str]) -> Seen:
+        """What an answer tells beside what is expected; nonsense is left out, and said."""
         strange = list(odd)
         observed = self._facts(answer.get("observed"), strange)
         gone = self._facts(answer.get("gone"), strange)

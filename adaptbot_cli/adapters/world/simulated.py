@@ -220,9 +220,9 @@ class SimulatedHome:
 def _mistakes(kg: Kg, truth: Kg, facts: list[Triple]) -> Iterator[str]:
     """What a file says that the domain does not know or allow, beside what is believed."""
     told = (RDF.type, *kg.domain.properties)
-    for predicate in sorted({p for s, p, _ in facts if not isinstance(s, BNode)}, key=str):
-        if predicate not in told and not str(predicate).startswith((str(AB), str(RDFS))):
-            yield f'there is no property "{local(predicate)}"'
+    for predicate in sorted({str(p) for s, p, _ in facts if not isinstance(s, BNode)}):
+        if URIRef(predicate) not in told and not predicate.startswith((str(AB), str(RDFS))):
+            yield f'there is no property "{local(URIRef(predicate))}"'
     known, true = (
         frozenset(fact for name in (ATTRIBUTES, STATES) for fact in graph.graph(name))
         for graph in (kg, truth)
