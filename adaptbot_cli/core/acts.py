@@ -248,9 +248,10 @@ def lost(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
 def is_hopeless(run: Run, acting: Acting) -> bool:
     """Tell whether to try the last step again would be in vain: it has failed so often before with
     nothing to help it since, or nobody knows any more where a thing is that it takes."""
-    *before, last = acting.acts[(acting.helps or [0])[-1] :]
-    if not last.failed:
+    since = acting.acts[(acting.helps or [0])[-1] :]
+    if not since or not since[-1].failed:
         return False
+    *before, last = since
     if lost(run, last):
         return True
     same = (act for act in before if act.failed and key_of(act.bound) == key_of(last.bound))

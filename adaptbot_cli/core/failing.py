@@ -127,9 +127,8 @@ def _what_now(run: Run, acting: Acting, why: str) -> Question:
         name = normal(run.kg.name(entity))
         choices.append(Choice(f"{AT}{name}", f"{name.replace('_', ' ')} is somewhere else"))
     for question, value in _attributes(run, last):
-        told = f"{'not ' if value == NO else ''}{question.label}"
-        about = question.about.replace("_", " ")
-        choices.append(Choice(_denial(question, value), f"{about}: {told}"))
+        told = f"{question.about.replace('_', ' ')}: {question.label} {value}"
+        choices.append(Choice(_denial(question, value), told))
     choices.append(Choice(LATER.value, "I cannot say: stop here"))
     about = normal(
         next((run.kg.name(v) for v in last.bound.values.values()), last.step.call.action)

@@ -172,6 +172,31 @@ def test_what_the_person_has_done_by_hand_is_not_recovered_from() -> None:
     assert outside is not None and (outside.failed, outside.recovered) == (3, 0)
 
 
+def test_after_help_with_the_last_step_a_new_plan_brings_about_what_is_left() -> None:
+    """The board was moved while the robot tried: nothing has been tried since the person helped."""
+    left = [4]
+
+    def says(turn: Act) -> Seen:
+        if turn.step.call.render() != DONE[4] or not left[0]:
+            return Seen()
+        left[0] -= 1
+        moved = frozenset({fact("board", "in", "stove")}) if left[0] == 3 else frozenset()
+        return Seen("it slipped", observed=moved)
+
+    texts = [GOOD, GOOD, "take(board)\nput(board, bench)"]
+    played = play(says, texts, {"failed board": "done"}, replans=4)
+    assert played.asked == ["failed board"] and played.result.goal_met
+    assert played.tried[-2:] == ['take_part("board")', 'put("board", "bench")']
+
+
+def test_what_is_not_as_it_must_be_is_offered_as_it_is_learned() -> None:
+    played = play(refuses(DONE[4], 3), answers={"failed board": "not drillable board"})
+    (question,) = (turn.question for turn in played.turns if isinstance(turn, Ask))
+    assert {lesson.sentence for lesson in played.result.lessons} < {
+        choice.label for choice in question.choices
+    }
+
+
 def test_the_person_says_that_a_thing_is_not_as_the_step_needs_it() -> None:
     played = play(refuses(DONE[4], 3), answers={"failed board": "not drillable board"})
     assert fact("board", "drillable", False) in played.kg.facts
