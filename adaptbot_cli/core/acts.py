@@ -170,7 +170,7 @@ def _error(acting: Acting, report: Report) -> Finding | None:
     if acting.over == LOST:
         failed = acting.acts[-1].failed if acting.acts else ""
         return Finding("E602", f"the world can no longer be asked: {failed}", step=number or None)
-    if not acting.left:
+    if all(step.status == "dropped" for step in report.steps[acting.at :]):
         return None
     steps = f"stopped after {number} step{'s' * (number != 1)}; what was seen is kept"
     why = next((f"{finding.message}; " for finding in report.blocking), "")

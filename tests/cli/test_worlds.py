@@ -2,7 +2,6 @@
 
 import json
 import sys
-import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -370,9 +369,3 @@ def test_a_workspace_starts_no_process_before_it_is_trusted(home: Home, tmp_path
     assert ended.code == 0 and "world ignored until" in ended.said and not mark.exists()
     assert home.adaptbot("trust", "--yes").code == 0
     assert home.adaptbot("run", "make tea", "--no-human").code == 6 and mark.exists()
-
-
-def test_threads_left_behind_keep_nothing_alive(home: Home) -> None:
-    before = threading.active_count()
-    assert rude(home, "polite").code == 0
-    assert threading.active_count() == before

@@ -18,7 +18,6 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Propose, Stop, Turn
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue
 from adaptbot_cli.core.world import (
-    STOPPED,
     Seen,
     believe,
     fact_of,
@@ -408,7 +407,3 @@ def test_facts_are_told_by_names_and_read_back() -> None:
     for nonsense in ("x", [1, 2], ["board", "in"], ["board", "color", "red"], ["x", "in", "bench"]):
         with pytest.raises(ValueError, match="."):
             fact_of(nonsense, kg)
-
-
-def test_stopped_is_said_so() -> None:
-    assert Seen(over=STOPPED).over == "stopped"
