@@ -38,7 +38,7 @@ class Script:
 
     texts: Sequence[str]
     answers: Answers = field(default_factory=dict)
-    accept: bool = True
+    accept: Any = True
     words: Mapping[str, tuple[Related, ...]] = field(default_factory=dict)
     edits: list[Edit] = field(default_factory=list)
     seen: list[Turn] = field(default_factory=list)
@@ -58,7 +58,7 @@ class Script:
         if isinstance(turn, Amend):
             return self.edits.pop(0) if self.edits else None
         if isinstance(turn, Review):
-            return self.accept
+            return self.accept.pop(0) if isinstance(self.accept, list) else self.accept
         return Kept("r1") if isinstance(turn, Keep | Believe) else None
 
     def answer(self, question: Question) -> Answer:

@@ -156,6 +156,7 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
     keys = {lesson.question.key for lesson in run.lessons}
     if isinstance(said, Reviewed):
         # Once the robot has begun to act, who goes back is asked again instead.
+        run.went_back = said.back is not None
         keys &= said.left_out | ({said.back} if said.back else set())
         for key in keys if said.back else ():
             run.asked.pop(key, None)

@@ -63,6 +63,7 @@ class Run:
     the new things that the person was offered to tell more of; `to_edit` is set when the person
     wants to change the plan instead of answering, `edits` lead from a plan's text to what the
     person has made of it; `kept` are the lessons that were committed, with the last `revision`;
+    `went_back` is set when the person went back from the last review;
     `acting` is what has come of it in a world outside, None if the plan is only rehearsed."""
 
     kg: Kg
@@ -80,6 +81,7 @@ class Run:
     edits: dict[str, str] = field(default_factory=dict)
     kept: list[Lesson] = field(default_factory=list)
     revision: str | None = None
+    went_back: bool = False
     acting: Acting | None = None
 
     @property

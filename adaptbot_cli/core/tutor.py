@@ -235,15 +235,10 @@ def _act(run: Run, acting: Acting, report: Report, tries: int, limit: int) -> En
             if report.executable and not is_hopeless(run, acting):
                 continue
             report = with_failure(acting, report)
-        asked = run.usage.questions
         report, tries = yield from _replan(run, report, tries, limit)
-        if not report.executable:
-            report = yield from ask(run, report)
-        if not report.executable:
-            report = yield from ask_what_now(run, acting, report)
-        if run.usage.questions > asked:
-            acting.helps.append(len(acting.acts))
-            report = yield from _kept(run, report)
+        report = yield from _helped(run, acting, report)
+        while run.went_back:  # from the review: what was answered is asked again
+            report = yield from _helped(run, acting, with_failure(acting, report))
         # Nobody knows better: as far as it comes, something may be seen on the way that helps.
         stuck = not report.executable
         if stuck and failure(acting) is not None:
@@ -251,6 +246,19 @@ def _act(run: Run, acting: Acting, report: Report, tries: int, limit: int) -> En
     report, outcome = yield from stop(run, acting, report)
     yield Executed(report, outcome)
     return report, outcome
+
+
+def _helped(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, Report]:
+    """Ask the person about what keeps the rest of the plan from being done; keep the answers."""
+    asked, run.went_back = run.usage.questions, False
+    if not report.executable:
+        report = yield from ask(run, report)
+    if not report.executable:
+        report = yield from ask_what_now(run, acting, report)
+    if run.usage.questions > asked:
+        acting.helps.append(len(acting.acts))
+        report = yield from _kept(run, report)
+    return report
 
 
 def _paper(run: Run, limit: int) -> Ended:

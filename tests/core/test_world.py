@@ -286,8 +286,9 @@ def test_who_goes_back_from_the_review_of_a_place_is_asked_again() -> None:
     missed = frozenset({fact("board", "in", "cupboard")})
     says = refuses(DONE[1], reason="it is not there", gone=missed)
     back = Reviewed(back=("place", "board", "in", "item"))
-    played = play(says, answers={"place board": "stove", "failed board": "later"}, accept=back)
-    assert played.asked == ["place board"] and not played.result.lessons
+    played = play(says, answers={"place board": "stove"}, accept=[back, True])
+    assert played.asked == ["place board"] * 2 and played.result.goal_met
+    assert [lesson.sentence for lesson in played.result.lessons] == ["board: place stove"]
 
 
 def test_which_actions_cannot_be_undone_follows_from_the_effects() -> None:
