@@ -208,7 +208,7 @@ def build(
         world = world_of(request, kg)
         if world is not None:
             stack.callback(world.close)
-            screen.world = world.name
+            screen.world, screen.how = world.name, getattr(world, "how", "")
         session.ports = Ports(planner, human, words, store, observers, world)
         yield session
 

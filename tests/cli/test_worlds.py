@@ -155,6 +155,7 @@ def test_a_whole_home_is_taken_as_it_is_and_what_it_does_not_name_is_not_there(h
     graph.remove((URIRef("http://example.org/egg"), None, None))
     whole = home.write("whole.ttl", graph.serialize())
     ended = home.adaptbot("run", "make omelette", "--no-human", "--world", whole, "--json")
+    assert "where things are is all from this file" in ended.said
     told = ended.json()
     assert ended.code == 3
     assert [s["message"] for s in told["steps"] if s["done"] == "failed"] == [

@@ -56,7 +56,8 @@ class Screen:
     """Shows a run as it goes: a line for each event, the plan before questions and at the end.
 
     With `asks` False no question appears on this terminal, and the plan is shown at the end only.
-    With `edits` it is shown before it is executed, to be edited. `world` names the world outside.
+    With `edits` it is shown before it is executed, to be edited. `world` names the world outside,
+    `how` what must be known of it.
     """
 
     console: Console
@@ -64,6 +65,7 @@ class Screen:
     asks: bool = True
     edits: bool = False
     world: str = ""
+    how: str = ""
     _report: Report | None = field(default=None, init=False)
     _shown: str | None = field(default=None, init=False)
     _last: Text | None = field(default=None, init=False)
@@ -160,7 +162,8 @@ class Screen:
 
     def _begun(self) -> None:
         self._gap()
-        self.console.print(said(f"acting in {self.world}", "bold", 300))
+        how = f" ({self.how})" if self.how else ""
+        self.console.print(said(f"acting in {self.world}", "bold", 300) + said(how, "dim", 300))
         self._last = None
 
     def _odd(self, seen: object) -> None:

@@ -40,7 +40,7 @@ def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
             inside[kg.home_of(fact[1])].add(fact)
     placed = frozenset(kg.domain.locations)
     covered = {ATTRIBUTES: {RDF.type}, STATES: placed}
-    told = []
+    told: list[str] = []
     graphs: dict[URIRef, set[Triple]] = {}
     for name, predicates in covered.items():
         known = set(kg.graph(name))
@@ -49,14 +49,13 @@ def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
         whole = bool(subjects) and len(given & subjects) >= WHOLE * len(subjects)
         graphs[name] = inside[name] if whole else _laid_over(kg, known, inside[name])
         label = "what things are" if name == ATTRIBUTES else "where things are"
-        told.append(
-            f"{label}: {'all of it' if whole else f'{len(inside[name])} facts'} from the file"
-        )
+        told += [f"{label} is all from this file"] if whole else []
     absent = {str(o) for _, p, o in facts if p == AB.absentItem}
     gone = {entity for name in absent for entity in kg.find(name)}
     for name, known in graphs.items():
         graphs[name] = {fact for fact in known if not gone & {fact[0], fact[2]}}
-    return Kg.load(kg.domain, graphs[ATTRIBUTES], graphs[STATES]), "; ".join(told)
+    how = "; ".join(told) or f"{sum(map(len, inside.values()))} facts laid over what is believed"
+    return Kg.load(kg.domain, graphs[ATTRIBUTES], graphs[STATES]), how
 
 
 def _laid_over(kg: Kg, known: set[Triple], given: set[Triple]) -> set[Triple]:
@@ -71,8 +70,8 @@ class SimulatedHome:
     """A world that is a graph of its own. With probability `noise` a step slips and does nothing.
 
     `kg` is what is believed, `truth` what is so: conditions and effects are the domain's, evaluated
-    on the truth. What is where the robot looks is seen: the things that the step is about, and all
-    that is at the place where it stands.
+    on the truth. `how` says in words how its file was taken. What is where the robot looks is seen:
+    the things that the step is about, and all that is at the place where it stands.
     """
 
     kg: Kg
@@ -81,6 +80,7 @@ class SimulatedHome:
     noise: float = 0.0
     seed: int = 0
     slips: list[tuple[Node, str, int, str]] = field(default_factory=list)
+    how: str = ""
     _same: dict[Node, Node] = field(default_factory=dict, init=False)
     _chance: random.Random = field(init=False)
 
@@ -96,12 +96,12 @@ class SimulatedHome:
         Raises:
             WorldError: it says what makes no sense in this home.
         """
-        truth, _ = truth_of(kg, facts)
+        truth, how = truth_of(kg, facts)
         wrong = [*_mistakes(kg, truth, facts), *_wrong_slips(kg, facts)]
         if wrong:
             more = f" (and {len(wrong) - MOST_TOLD} more)" if len(wrong) > MOST_TOLD else ""
             raise WorldError(f"{path} is no such home: {'; '.join(wrong[:MOST_TOLD])}{more}")
-        return cls(kg, truth, path, noise, seed, list(_slips(facts)))
+        return cls(kg, truth, path, noise, seed, list(_slips(facts)), how)
 
     @property
     def name(self) -> str:
