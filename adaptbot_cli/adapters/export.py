@@ -221,8 +221,7 @@ def as_pddl(plan: GroundPlan) -> str:
 
 
 def _pddl_word(value: object) -> str:
-    told = str(value).lower() if isinstance(value, bool) else str(value)
-    return re.sub(r"[^\w.-]", "_", told)
+    return re.sub(r"[^\w.-]", "_", _text(value))
 
 
 def spellings(texts: Iterable[str]) -> dict[str, str]:

@@ -14,8 +14,7 @@ from adaptbot_cli.cli.common import (
     domain_name,
     workspace,
 )
-
-FINDINGS = 3
+from adaptbot_cli.cli.run import FINDINGS
 
 
 class Form(StrEnum):

@@ -14,8 +14,6 @@ from adaptbot_cli.cli.common import (
     print_json,
 )
 
-BROKEN = 6
-
 app = typer.Typer(no_args_is_help=True, help="What carries a plan out: a robot, a simulator.")
 
 
@@ -31,7 +29,7 @@ def check(
     from adaptbot_cli.adapters.display.words import BAD, GOOD, hanging, noted
     from adaptbot_cli.adapters.world.conformance import conformance
     from adaptbot_cli.adapters.world.process import Process
-    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.errors import UsageError, WorldError
     from adaptbot_cli.session.building import ACT_SECONDS, EXEC
 
     if not world.startswith(EXEC):
@@ -51,4 +49,4 @@ def check(
     if json:
         checks = [{"what": c.what, "good": c.good, "seen": c.seen} for c in found]
         print_json({"world": process.name, "good": good, "checks": checks})
-    return 0 if good else BROKEN
+    return 0 if good else WorldError.exit_code

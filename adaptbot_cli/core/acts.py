@@ -11,7 +11,7 @@ from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.plan import Done, Finding, Step
 from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Choice, Question
-from adaptbot_cli.core.rehearse import key_of
+from adaptbot_cli.core.rehearse import change_of, key_of
 from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
 from adaptbot_cli.core.run import Acting, Run
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Stop, Surprised, Turn
@@ -58,7 +58,7 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
         if not agreed or len(acting.acts) >= MOST_ACTS:
             acting.over = REFUSED
             break
-        expected = run.kg.delta(bound.action.effect, {"agent": run.kg.domain.agent, **bound.values})
+        expected = change_of(bound, run.kg)
         seen: Seen | None = yield Act(len(acting.acts) + 1, step, bound, expected)
         if seen is None:
             acting.over = STOPPED
@@ -88,9 +88,7 @@ def _log(run: Run, acting: Acting, tried: Acted) -> None:
 def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
     """Take the last step as done: the person has seen to it."""
     last = acting.acts[-1]
-    expected = run.kg.delta(
-        last.bound.action.effect, {"agent": run.kg.domain.agent, **last.bound.values}
-    )
+    expected = change_of(last.bound, run.kg)
     run.kg.apply(expected)
     acting.helps.append(len(acting.acts))
     _log(run, acting, Acted(last.step, last.bound, expected))

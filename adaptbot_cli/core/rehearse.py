@@ -8,7 +8,7 @@ from typing import Any
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import net
+from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.domain import Action, Condition, Parameter
 from adaptbot_cli.core.kg import Bindings, Kg
 from adaptbot_cli.core.report import Bound
@@ -108,9 +108,14 @@ def needs_of(bound: Bound, kg: Kg) -> list[Aim]:
     ]
 
 
+def change_of(bound: Bound, kg: Kg) -> Delta:
+    """Return what an action would change now."""
+    return kg.delta(bound.action.effect, {"agent": kg.domain.agent, **bound.values})
+
+
 def perform(bound: Bound, kg: Kg) -> None:
     """Apply an action's effect."""
-    kg.apply(kg.delta(bound.action.effect, {"agent": kg.domain.agent, **bound.values}))
+    kg.apply(change_of(bound, kg))
 
 
 def key_of(bound: Bound) -> Key:
@@ -121,11 +126,7 @@ def key_of(bound: Bound) -> Key:
 def is_done(bound: Bound, kg: Kg) -> bool:
     """Tell whether what an action brings about is so already."""
     effect = bound.action.effect
-    return bool(
-        effect
-        and effect.inserts
-        and not kg.delta(effect, {"agent": kg.domain.agent, **bound.values})
-    )
+    return bool(effect and effect.inserts and not change_of(bound, kg))
 
 
 @dataclass(slots=True)

@@ -16,14 +16,9 @@ from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Bound, Report, Result
 from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import AB
+from adaptbot_cli.evaluation.figures import WORLD_MEANS, WORLD_SHARES
 
-OF_WORLD = (
-    "world_goal_met",
-    "steps_failed",
-    "recovered",
-    "repaired_by_person",
-    "repaired_by_seeing",
-)
+OF_WORLD = frozenset({*WORLD_SHARES, *WORLD_MEANS})
 """The measures that only a trial in a world has."""
 
 

@@ -60,12 +60,9 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
     from adaptbot_cli.adapters.transcript import read
-    from adaptbot_cli.session.loading import EDITS, kg_of, load
+    from adaptbot_cli.session.loading import kg_again
 
-    header, _ = read(path)
-    edited = str(header.get("graph", "")).endswith(EDITS)
-    domain = str(header.get("domain", ""))
-    kg = load(workspace, domain) if edited else kg_of(header, path, workspace)
+    kg, _ = kg_again(read(path)[0], path, workspace)
     kept = _Rehearsals()
     replay(path, workspace, [kept], kg)
     return _exported([*kept.plans.values()], workspace, kg, form)

@@ -79,6 +79,15 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
     return load_kg(_files_at(workspace, domain, graph), f"kg/{domain} at {graph[:10]}")
 
 
+def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tuple["Kg", bool]:
+    """The graph that a transcript was made on, a new one each time, and whether files edited by
+    hand, which were no revision, are taken as they are now. Raises as `kg_of` does."""
+    edited = str(header.get("graph", "")).endswith(EDITS)
+    if edited:
+        return load(workspace, str(header.get("domain", ""))), True
+    return kg_of(header, path, workspace), False
+
+
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
     from adaptbot_cli.adapters.store.git import Repo
     from adaptbot_cli.adapters.store.keeper import files_at

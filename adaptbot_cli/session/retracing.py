@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Turn
-from adaptbot_cli.session.loading import EDITS, kg_of, load
+from adaptbot_cli.session.loading import kg_again
 from adaptbot_cli.session.playing import replay
 from adaptbot_cli.workspace import Workspace
 
@@ -48,10 +48,7 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
 
     header, turns = read(path)
     # Hand-edited files were no revision; if they are as they were, the replay shows it.
-    edited = str(header.get("graph", "")).endswith(EDITS)
-    kg = (
-        load(workspace, str(header.get("domain", ""))) if edited else kg_of(header, path, workspace)
-    )
+    kg, edited = kg_again(header, path, workspace)
     last, notes = _Last(), [_EDITED] if edited else []
     try:
         replay(path, workspace, [last], kg)
@@ -60,7 +57,7 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
             raise
         notes.append(_CUT)
     if last.report is not None and any(step.done for step in last.report.steps):
-        kg = kg_of(header, path, workspace)  # the state before the robot acted
+        kg, _ = kg_again(header, path, workspace)  # the state before the robot acted
     if last.report is None:
         raise UsageError(f"{path} ended before there was a plan: nothing has a way yet")
     return replace(progress(last.report, last.outcome, kg), note="; ".join(notes))
