@@ -1,14 +1,14 @@
-"""Progress lines in the terminal: a chart where its columns fit, else each way as a text."""
+"""Progress lines as pictures: for the terminal, as SVG, as a Mermaid flowchart."""
 
+import io
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby
 
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.progress.spans import columns, phrase, places, spans
 from adaptbot_cli.core.progress import Event, Line, Progress
 from adaptbot_cli.core.visible import visible
 
@@ -30,6 +30,63 @@ def progress_lines(progress: Progress, width: int) -> RenderableType:
         return Group(*parts, _ways(progress, names, width))
     parts.append(_chart(progress, names, _Columns(start, min(room, _WIDEST))))
     return Group(*parts, Text(), _steps(progress, width))
+
+
+def svg(progress: Progress) -> str:
+    """Return the chart as an SVG document, with room for every name and word of it."""
+    first, steps = _NARROWEST * 4, max(len(progress.steps), 1)
+    width = _LONGEST_NAME + 2 + first + steps * _WIDEST
+    console = Console(
+        record=True,
+        width=width,
+        file=io.StringIO(),
+        highlight=False,
+        force_terminal=True,
+        color_system="standard",
+    )
+    console.print(progress_lines(progress, width))
+    return console.export_svg(title="adaptbot progress", unique_id="lines")
+
+
+def mermaid(progress: Progress) -> str:
+    """Return the flowchart: a row for each thing, its stations in order, the steps between them."""
+    calls = dict(progress.steps)
+    lines = ["flowchart LR"]
+    # Mermaid stacks what is not connected from below.
+    for number, line in reversed(list(enumerate(progress.lines))):
+        lines.append(f"  subgraph t{number}[{_quoted(line.name)}]")
+        lines.append("    direction LR")
+        lines += [f"    {told}" for told in _nodes(f"t{number}s", line, calls)]
+        lines.append("  end")
+    if not progress.lines:
+        lines.append(f"  nothing[{_quoted('no step moves or changes anything')}]")
+    return "\n".join(lines) + "\n"
+
+
+def _nodes(prefix: str, line: Line, calls: dict[int, str]) -> Iterator[str]:
+    """The nodes of a thing's way: one for where it starts, one for each step it takes part in."""
+    steps: dict[int, list[str]] = {}
+    moved = set()
+    for event in line.events:
+        # A line that begins with + or − would be a list to Mermaid.
+        words = _phrase(event).replace("+ ", "with ", 1).replace("− ", "without ", 1)
+        steps.setdefault(event.step, []).append(words)
+        moved |= {event.step} if event.kind == "place" else set()
+    yield f"{prefix}0([{_quoted(line.start or line.kind)}])"
+    for count, (step, told) in enumerate(steps.items(), start=1):
+        text = _quoted(*told)
+        node = f"[{text}]" if step in moved else f"({text})"
+        edge = _quoted(f"{step} {visible(calls[step]).partition('(')[0]}")
+        yield f"{prefix}{count - 1} -->|{edge}| {prefix}{count}{node}"
+
+
+def _quoted(*lines: str) -> str:
+    """Return quoted text; what Mermaid or HTML would read as more than text is an entity code."""
+    return '"' + "<br/>".join(map(_escaped, lines)) + '"'
+
+
+def _escaped(text: str) -> str:
+    return "".join(c if c.isalnum() or c in " _-,:()" else f"#{ord(c)};" for c in visible(text))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +113,7 @@ def _title(progress: Progress) -> Text:
 
 def _styles(progress: Progress) -> dict[str, str]:
     """A colour for each place, the same wherever it appears."""
-    named = enumerate(places(progress))
+    named = enumerate(_places(progress))
     return {place: _COLOURS[number % len(_COLOURS)] for number, place in named}
 
 
@@ -66,9 +123,6 @@ def _name(line: Line, styles: dict[str, str], longest: int) -> Text:
     text = Text(name, f"bold {styles.get(name, '')}".strip())
     text.truncate(longest, overflow="ellipsis")
     return text
-
-
-# ------------------------------------------------------------------------------------ the chart
 
 
 def _chart(progress: Progress, names: int, grid: _Columns) -> Table:
@@ -86,7 +140,7 @@ def _chart(progress: Progress, names: int, grid: _Columns) -> Table:
 
 def _bar(line: Line, progress: Progress, styles: dict[str, str], grid: _Columns) -> Text:
     bar = Text()
-    for span in spans(line, progress):
+    for span in _spans(line, progress):
         bar.append(" " * (grid.x(span.start) - bar.cell_len))
         size = grid.x(span.end) - grid.x(span.start)
         if span.place in progress.hands:
@@ -102,15 +156,15 @@ def _bar(line: Line, progress: Progress, styles: dict[str, str], grid: _Columns)
 
 def _marks(line: Line, progress: Progress, grid: _Columns) -> list[Text]:
     """What happened on the way, each below its step, on as few rows as they fit on."""
-    at = columns(progress)
+    at = _columns(progress)
     end = grid.x(len(at) + 1)
     rows: list[Text] = []
     for event in line.events:
         if event.kind == "place":
             continue
-        text, x = Text(f"╵{phrase(event)}", _style(event)), grid.x(at[event.step])
+        text, x = Text(f"╵{_phrase(event)}", _style(event)), grid.x(at[event.step])
         if x + text.cell_len > end:  # no room to the right: written to the left of its step
-            text = Text(f"{phrase(event)}╵", _style(event))
+            text = Text(f"{_phrase(event)}╵", _style(event))
             x = max(x + 1 - text.cell_len, 0)
             text.truncate(end, overflow="ellipsis")
         row = next((row for row in rows if row.cell_len < x), None)
@@ -138,9 +192,6 @@ def _steps(progress: Progress, width: int) -> RenderableType:
     for row in range(down):
         table.add_row(*(Text(text, "dim") for text in told[row::down]))
     return table
-
-
-# ------------------------------------------------------------------------------------- the ways
 
 
 def _ways(progress: Progress, names: int, width: int) -> Table:
@@ -176,10 +227,59 @@ def _stations(line: Line, progress: Progress, styles: dict[str, str]) -> Iterato
         for event in events:
             place = visible(event.what[0])
             if event.kind != "place":
-                parts.append(Text(phrase(event), _style(event)))
+                parts.append(Text(_phrase(event), _style(event)))
             elif place not in progress.hands:
                 parts.append(Text.assemble("→ ", (place, styles.get(place, ""))))
             elif step == last:  # it is still in the hand
                 parts.append(Text(f"→ {place}", "dim"))
         if parts:
             yield Text.assemble((f"{step} ", "dim"), Text(", ").join(parts))
+
+
+@dataclass(frozen=True, slots=True)
+class _Span:
+    """A stay of a thing at one place, from one column to before another; column 0 is the start."""
+
+    place: str
+    start: int
+    end: int
+
+
+def _columns(progress: Progress) -> dict[int, int]:
+    """Return the column of each step that was taken, from 1."""
+    return {number: at for at, (number, _) in enumerate(progress.steps, start=1)}
+
+
+def _spans(line: Line, progress: Progress) -> Iterator[_Span]:
+    """Give the stays of a thing in order; a place that is not known gives none."""
+    at = _columns(progress)
+    place, start = line.start, 0
+    for event in line.events:
+        if event.kind == "place":
+            if place:
+                yield _Span(visible(place), start, at[event.step])
+            place, start = event.what[0], at[event.step]
+    if place:
+        yield _Span(visible(place), start, len(at) + 1)
+
+
+def _phrase(event: Event) -> str:
+    """Say an event in a few words; a change of place is no phrase but a new span."""
+    what = visible(", ".join(event.what))
+    match event.kind:
+        case "with" | "gained":
+            return f"+ {what}"
+        case "lost":
+            return f"− {what}"
+        case "carried":
+            return f"in {visible(event.of)} to {what}"
+        case "state" if event.of:
+            return f"{visible(event.of)}: {what}"
+        case _:
+            return what
+
+
+def _places(progress: Progress) -> list[str]:
+    """Return the places of all spans in the order in which they appear, the hands left out."""
+    found = (span.place for line in progress.lines for span in _spans(line, progress))
+    return [place for place in dict.fromkeys(found) if place not in progress.hands]
