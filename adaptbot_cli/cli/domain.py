@@ -159,7 +159,7 @@ def domain_docs(
 ) -> None:
     """Describe a domain on a page: classes, questions, actions, tasks. Markdown when piped."""
     from adaptbot_cli import session
-    from adaptbot_cli.core.handbook import handbook
+    from adaptbot_cli.adapters.handbook import handbook
     from adaptbot_cli.errors import UsageError
 
     page = handbook(session.load(workspace(workspace_dir), name))

@@ -3,8 +3,8 @@
 import pytest
 
 from adaptbot_cli import session
+from adaptbot_cli.adapters.handbook import escaped
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.core.handbook.markdown import said
 from adaptbot_cli.core.terms import local
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Home
@@ -130,8 +130,8 @@ def test_a_page_is_the_same_in_every_process_and_tells_all(used: Home, name: str
     domain = session.load(Workspace(used.workspace), name).domain
     names = [f"### `{action}(" for action in domain.actions]
     names += [f"`{local(iri)}`" for iri in (*domain.properties, *domain.kinds)]
-    names += [f"\n### {said(task.name)}\n" for task in domain.tasks]
-    names += [said(p.question) for p in domain.properties.values()]
+    names += [f"\n### {escaped(task.name)}\n" for task in domain.tasks]
+    names += [escaped(p.question) for p in domain.properties.values()]
     assert [name for name in names if name not in page] == []
 
 

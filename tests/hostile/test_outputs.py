@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from rdflib import Graph
 
+from adaptbot_cli.adapters.handbook import sparql
 from adaptbot_cli.adapters.store.engine import write_graph
 from adaptbot_cli.cli.common import escaped
-from adaptbot_cli.core.handbook.markdown import sparql
 from adaptbot_cli.errors import KnowledgeError
 from tests.cli.command import Home
 
@@ -40,7 +40,7 @@ def test_a_control_character_is_not_written_as_xml() -> None:
 
 
 def test_a_fence_is_longer_than_any_in_the_query() -> None:
-    lines = list(sparql("ASK {\n````\n# out?\n}"))
+    lines = sparql("ASK {\n````\n# out?\n}").splitlines()
     assert lines[0] == "`````sparql" and lines[-1] == "`````" and "`````" not in lines[1:-1]
 
 
