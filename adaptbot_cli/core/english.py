@@ -5,6 +5,8 @@ not been understood. So words that change what is meant ("under", "tomorrow", "i
 left unread, and so are adjectives: nothing here could see to it that tea is strong.
 """
 
+import re
+
 
 def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
@@ -157,14 +159,31 @@ NUMBERS = {
 } | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2, "thrice": 3}
 
 
+TIMES = (
+    rf"(?:(?:\d{{1,3}}|{'|'.join(NUMBERS)})[ ](?:(?:more|full|whole)[ ])?times?\b"
+    r"|(?<!\w)(?:[x×][ ]?\d{1,3}|\d{1,3}[ ]?[x×])(?!\w)|\b(?:twice|thrice)\b)"
+)
+"""A pattern of how often a thing is done: "twice", "3 more times", "x2"."""
+
+UNCOUNTED = (
+    r"\b(?:(?:several|many|multiple|some|a[ ]few|a[ ]couple[ ]of)[ ](?:more[ ])?times"
+    r"|(?:again|over)[ ]and[ ](?:again|over)|repeatedly"
+    r"|every[ ](?:few[ ]|other[ ]|\d+[ ])?(?:second|minute|hour)s?)\b"
+)
+"""A pattern of how often a thing is done that says no number."""
+
+REPETITIONS = _words("times count repeat repeats repetitions reps iterations loop rounds cycles")
+"""What says in structures and calls how often a step is done."""
+
+
 def count_of(said: str) -> int:
     """Return how often "2", "twice" or "3 times" says that a thing is done, 0 if it says none."""
-    word, _, times = said.lower().replace(".", " ").strip(" \"'").partition(" ")
-    if times.strip() not in ("", "x", "times"):
+    words = re.findall(r"-|\d+|[^\W\d]+", said.lower().replace("×", "x")[:40])
+    named = [word for word in words if word not in ("x", "times", "time", "more", "full", "whole")]
+    if len(named) != 1:
         return 0
-    word = word.removesuffix("x")
-    digits = word.isascii() and word.isdigit() and len(word) < 6
-    return int(word) if digits else NUMBERS.get(word, 0)
+    digits = named[0].isascii() and named[0].isdigit() and len(named[0]) < 6
+    return int(named[0]) if digits else NUMBERS.get(named[0], 0)
 
 
 UNITS = _words("""

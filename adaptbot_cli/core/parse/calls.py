@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from adaptbot_cli.core.english import TIMES, UNCOUNTED, count_of
 from adaptbot_cli.core.plan import Call
 
 SHOWN = 60
@@ -250,6 +251,12 @@ _LOOK = 60
 _LONG = 300
 _QUOTED = re.compile(r"[ \t]*[\"'“‘]")
 _PLURAL = {"s", "es", "ies"}
+_OFTEN = re.compile(
+    rf"[ \t`*_.,;–—-]*(?:[(\[#]\s*|//\s*)?(?:do[ ]it[ ]|repeat(?:ed)?[ ])?(?:({TIMES})|{UNCOUNTED}"
+    r"|\]\s*\*\s*\d+)",
+    re.IGNORECASE,
+)
+_MOST_TIMES = 50
 _TRAILING_IF = re.compile(
     r"[ \t`*]*(?=(?:if|unless|for[ \t]+(?:each|every|all)|for[ \t]+[\w, ()]{1,60}[ \t]in)\b)"
 )
@@ -361,6 +368,15 @@ def trailing_condition(text: str, reading: Reading) -> str:
         return ""
     line = text[match.end() : match.end() + _LONG].partition("\n")[0]
     return line.partition("#")[0].strip(" `*")
+
+
+def how_often(text: str, reading: Reading) -> tuple[int, str]:
+    """Return how often what stands behind a call says it is done, and what says no number."""
+    said = None if reading.error else _OFTEN.match(text, reading.end)
+    if said is None:
+        return 1, ""
+    count = min(count_of(said[1] or ""), _MOST_TIMES)
+    return (count, "") if count else (1, said[0].strip(" `*_([#,;"))
 
 
 def _stands_alone(text: str, anchor: int, start: int, reading: Reading) -> bool:

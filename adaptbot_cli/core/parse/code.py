@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from adaptbot_cli.core.english import NUMBERS, count_of
+from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
 from adaptbot_cli.core.parse.calls import (
     LEFT_OUT,
     WRAPPERS,
@@ -58,14 +58,14 @@ _WORD = re.compile(
     re.IGNORECASE,
 )
 _TIMES = re.compile(
-    r"(?:(?:(?:repeat|loop|do|perform|for)\b[^\n:({\d]{0,40}?[\s(])?"
-    rf"((?:\d{{1,3}}|{'|'.join(NUMBERS)})\s*(?:\.?times|x)|twice|thrice)"
-    r"|(?:repeat|loop)\s*\(?(\d{1,3}))\)?\s*(?:[:{][\s*_]*|\bdo\b|\Z)",
+    rf"(?:(?:(?:repeat|loop|do|perform|for)\b[^\n:({{\d]{{0,40}}?[\s(])?({TIMES}|\d{{1,3}}\.times)"
+    r"|(?:repeat|loop)\s*\(?(\d{1,3}))\)?\s*(?:[:{][\s*_]*|\bdo\b|\Z)"
+    rf"|({TIMES})\s+(?=\w)|[^\n:(){{]{{0,80}}?[\s(,](?:\w+\s)?({TIMES})\)?[\s*_]*[:{{][\s*_]*\Z",
     re.IGNORECASE,
 )
 """A head that says how often the steps below are done: "Repeat twice:", "do this 3 times {"."""
 _KEYED = re.compile(
-    r"(?:repeat|loop|times|iterations|repetitions|for_?each|while|until|if|unless):"
+    rf"(?:{'|'.join(REPETITIONS)}|for_?each|while|until|if|unless):"
     r"[ ]+(\S[^\n]*)"
 )
 """A key of a structure that says how often, or when, the steps beside it are done."""
@@ -132,11 +132,12 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
             block.name = function[1]
             block.params = tuple(re.findall(r"(?:\A|,)\s*\*{0,2}(\w+)", function[2]))
         return Header(block, frame.end(), end, opens=True)
-    times = _TIMES.match(text, start, end)
-    keyed = _KEYED.match(text, start, end)
-    if times or keyed:
-        often = count_of((times[1] or times[2]) if times else keyed[1] if keyed else "")
-        body = times.end() if times else end
+    counted = _TIMES.match(text, start, end) or _KEYED.match(text, start, end)
+    if counted is not None:
+        often = count_of(next(filter(None, counted.groups()), "").replace(".", " "))
+        keyed = counted.re is _KEYED
+        body = end if keyed else counted.end()
+        head = text[start:body].rstrip(" :{\t*_")
         # What stands beside a key is in its column, what stands below a sentence is deeper.
         indent = start - text.rfind("\n", 0, start) - 2 if keyed else indent
         block = Block(indent, "loop" if often else "condition", head, start, over=f"range({often})")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.english import NUMBERS, PRONOUNS, count_of
+from adaptbot_cli.core.english import PRONOUNS, TIMES, UNCOUNTED, count_of
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.plan import Call, keyworded
@@ -57,13 +57,14 @@ _TIMES = "×"
 _TOWARDS = frozenset({"to", "into", "onto"})
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
-    rf"|((?:\d+|{'|'.join(NUMBERS)})[ ]times|twice|thrice)\b"
+    rf"|({TIMES}|{UNCOUNTED})"
     r"|(->|=>|>>|→|⇒)|(\d+(?:[.,]\d+)?|[^\W\d](?:[\w'’]|-(?!>))*|[,;&])",
     re.IGNORECASE,
 )
 ARROW = re.compile(r"->|=>|>>|→|⇒")
-ASIDE = re.compile(r"\s[(\[]([^()\[\]]*)[)\]]")
-"""A remark in brackets."""
+ASIDE = re.compile(rf"\s[(\[](?!{TIMES}[)\]])([^()\[\]]*)[)\]]")
+"""A remark in brackets, unless it says how often."""
+_TOLD_TIMES = re.compile(rf"\s[(\[]({TIMES}|{UNCOUNTED})[)\]]", re.IGNORECASE)
 _ASIDE = re.compile(r"\s[–—-]\s|[*_]*(:)[*_]*\s+")
 _INVERTED = (
     (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
@@ -99,7 +100,10 @@ _SUBJECT = re.compile(
 _NEGATED = re.compile(r"(?:please\s+)?(?:do\s+not|don['’]t|never|avoid|without)\b", re.IGNORECASE)
 OPEN = re.compile(
     r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*"
-    r"|(?:then\s+|and\s+)?(?:(?:do|repeat|perform)\s+)?(?:(?:the\s+)?same\b(?!\s+time)|repeat\b|continue\b|likewise\b|similarly\b|ditto\b).*)",
+    r"|(?:then\s+|and\s+)?(?:(?:(?:do|repeat|perform)\s+)?(?:(?:the\s+)?same\b(?!\s+time)|repeat\b"
+    r"|continue\b|likewise\b|similarly\b|ditto\b|again\W*$)"
+    rf"|(?:do|perform)\s+(?:this|that|it|so|them|these|all)\b.*?(?:\bagain\b|{TIMES}|{UNCOUNTED})"
+    r"|(?:go|return|jump|loop)\s+(?:back\s+)?to\s+(?:the\s+)?(?:step|start|beginning)\b|start\s+over\b).*)",
     re.IGNORECASE | re.DOTALL,
 )
 """What stands for steps that are not written out."""
@@ -183,6 +187,11 @@ class Vocabulary:
         """Tell whether a name is an action's."""
         return normal(name) in self.names or normal(parted(name)) in self.names
 
+    def takes(self, action: str, name: str) -> bool:
+        """Tell whether an action has a parameter of a name."""
+        known = self.called.get(normal(action))
+        return known is not None and any(p.name == name for p in known.parameters)
+
     def proper(self, name: str) -> str:
         """Return the action's name that is spelt without its separators, such as switchon."""
         return next((verb.name for verb in self.verbs.get(name, ()) if not verb.rest), name)
@@ -233,6 +242,10 @@ class Vocabulary:
             at = _skip(tokens, 0)
             if self.names and self.starts_clause(tokens, at):
                 return True
+            first, *behind = [token.word for token in tokens[at : at + 3]] or [""]
+            apart = len(behind) > 1 and behind[0] in _ADVERBS and behind[1] in _OBJECTS
+            if self.names and apart and first not in _NO_VERBS and not self.is_thing(first):
+                return True  # "break up the chocolate"
         return False
 
     def read(self, phrase: str, unknown: bool, objects: Named = ()) -> list[Clause]:
@@ -364,7 +377,7 @@ def label_end(phrase: str) -> int:
 @lru_cache(maxsize=1024)
 def _stripped(phrase: str) -> str:
     """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
-    phrase = phrase[label_end(phrase) :]
+    phrase = _TOLD_TIMES.sub(r" \1", phrase[label_end(phrase) :])
     phrase = ASIDE.sub("", re.sub(r"\*\*|__|</\w+>", "", phrase)).rstrip(" .!*_`|")
     while True:
         lead = re.match(
@@ -430,6 +443,7 @@ class _ClauseReader:
         first = self._tokens[self.at]
         verbs = self._words._verbs(first)
         self.at += 1
+        start = self.at
         if not verbs:
             behind = self._tokens[self.at].word if self.at < len(self._tokens) else ""
             thing = behind not in _OBJECTS and self._words.is_thing(first.word)  # "egg in the pan"
@@ -442,9 +456,12 @@ class _ClauseReader:
         phrases = self._commanded() if command else self._phrases()
         if verbs and verb is None:
             verb = self._separated(verbs, phrases)
-            if verb is None:
-                return None
         name = verb.name if verb else first.word
+        if verbs and verb is None:  # "turn the heat down": no action is that one
+            marks = [mark for mark, _ in phrases if mark]
+            after = [t.word for t in self._tokens[start : start + 1] if t.word in _PARTICLES]
+            name = "_".join([name, *(after or marks)[:1]])
+            phrases = [("", nps) for _, nps in phrases]
         objects = [np for mark, nps in phrases if not mark for np in nps]
         if not (verb and any(p.datatype for p in verb.action.visible[:1])):
             self.objects = objects or [np for _, nps in phrases for np in nps][:1]
@@ -519,6 +536,7 @@ class _ClauseReader:
                 break
             if word == _TIMES:
                 self._often = count_of(token.written)
+                self._condition = self._condition or ("" if self._often else token.written)
                 self.at += 1
                 continue
             if word in _ENDS:

@@ -17,6 +17,7 @@ from adaptbot_cli.core.parse.calls import (
     call_name,
     conditional,
     fault,
+    how_often,
     is_call,
     line_end,
     negated,
@@ -229,6 +230,7 @@ class _Reader:
             items, after = self._structures.json(match.start(1))
             self._effort.spend(2 + (after - match.start(1)) // _JSON_UNIT)
             if items:
+                self._structures.listed |= self._line.marked
                 return self._take_all(items, after)
             self._no_json_before = after
         found = self._structures.tag(start, end)
@@ -263,7 +265,8 @@ class _Reader:
         content = prefix.end() if prefix else start
         lone = self._enter(indent)
         header = read_header(self._text, content, end, indent, self._fenced)
-        if header is not None and lone is None:
+        begun = header is not None and header.block.often and self._words.begins(header.block.head)
+        if header is not None and lone is None and not begun:
             self._open[-1].body.append(header.block)
             if header.opens:
                 header.block.listed = not (self._fenced or self._line.marked)
@@ -364,8 +367,11 @@ class _Reader:
                 against = negation(self._text, anchor, named[0], against)
                 other = "" if against else alternative(self._text, anchor, named[0])
                 condition = other or condition
-                condition = trailing_condition(self._text, reading) or condition
+                often, uncounted = how_often(self._text, reading)
+                condition = uncounted or trailing_condition(self._text, reading) or condition
+                taken = len(body)
                 pos = self._take(*named, reading, condition, against)
+                body += body[taken:] * (often - 1)
                 end = end if pos <= end else line_end(self._text, pos)
                 anchor = pos
 

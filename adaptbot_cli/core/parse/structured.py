@@ -5,11 +5,11 @@ Each is read into the same values (`Node`), and what a value says as a step is d
 
 import html
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from adaptbot_cli.core.english import count_of
+from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
 from adaptbot_cli.core.parse.calls import (
     LEFT_OUT,
     Item,
@@ -64,15 +64,14 @@ _TEXTS = {"content", "text", "answer", "output", "response", "result"}
 _LEADING = (*_NAMED, "tool", "command")
 """Keys that name an action where they begin a line or head a column."""
 _CONDITIONS = ("if", "condition", "unless", "while", "until", "for_each", "foreach")
-_TIMES = ("times", "repeat", "repetitions", "iterations", "loop")
 _DESCRIBED = ("step", "instruction", "description", "task", "text", "name")
 _REMARKS = {
     "step", "id", "index", "number", "type", "thought", "reason", "reasoning", "comment", "#", "no",
     "comments", "description", "note", "notes", "explanation", "order", "purpose", "status",
-    *_CONDITIONS, *_TIMES,
+    *_CONDITIONS,
 }  # fmt: skip
 _EMPTY = {"", "null", "none", "false", "true", "-", "–", "—", "n/a"}
-_NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
+_NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *REPETITIONS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
 
 
 @dataclass(slots=True)
@@ -164,7 +163,7 @@ class Structures:
     """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
 
     def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Vocabulary) -> None:
-        self._scripted = self._listed = False
+        self.listed = self._scripted = False
         self._text = text
         self._read = read
         self._words = words
@@ -191,19 +190,25 @@ class Structures:
 
     def _steps(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a value, as often as it says and unless under a condition."""
+        plans = any(key in _PLANS for key, _ in node.entries())
+        rules = plans or self._is_step(node) or self._naming(node)
+        yield from self._ruled(node if rules else Node("map", 0), self._once(node, planned))
+
+    def _ruled(self, node: Node, steps: Iterator[Item]) -> Iterator[Item]:
+        """Yield the steps of a map as often as it says, none under a condition."""
         often = 1
-        if self._is_step(node) or any(key in _PLANS for key, _ in node.entries()):
-            for key, value in node.entries():
-                plain = value.kind in ("string", "word")
-                ruled = key in _CONDITIONS or (plain and key in _TIMES)
-                if not ruled or (plain and value.text.lower() in _EMPTY):
-                    continue
-                often = count_of(value.text) if key in _TIMES else 0
-                if not often:
-                    told = value.text or self._quoted(value)[1:-1]
-                    yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {told}")
-                    return
-        yield from list(self._once(node, planned)) * min(often, _LOOKED_AT)
+        action = node.get(*_NAMED, *_NAMED_WITH_ARGS) or Node("word", 0)
+        for key, value in node.entries():
+            plain = value.kind in ("string", "word")
+            counts = plain and key in REPETITIONS and not self._words.takes(action.text, key)
+            if not (counts or key in _CONDITIONS) or (plain and value.text.lower() in _EMPTY):
+                continue
+            often = count_of(value.text) if counts else 0
+            if not often:
+                told = value.text or self._quoted(value)[1:-1]
+                yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {told}")
+                return
+        yield from list(steps) * min(often, _LOOKED_AT)
 
     def _once(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a value. In a list of steps, whatever is none is told of."""
@@ -226,7 +231,7 @@ class Structures:
         for item in node.items:
             named = self._naming(item, among=rows if item.kind == "list" else maps)
             if named and not self._is_step(item):
-                yield from self._called(*named, item)
+                yield from self._ruled(item, self._called(*named, item))
                 continue
             found = list(self._steps(item, planned))
             yield from found
@@ -285,9 +290,12 @@ class Structures:
             )
             fits = (known and plain) if first.kind == "string" else False
             return (name, value) if fits or (among and _KEYWORD.fullmatch(name)) else None
-        name, value = node.keys[0], node.items[0]
+        own = [n for n, (key, _) in enumerate(node.entries())
+               if key not in REPETITIONS and key not in _CONDITIONS]  # fmt: skip
+        at = own[0] if own else 0
+        name, value = node.keys[at], node.items[at]
         plain = all(n.kind in ("string", "word") and not self._is_step(n) for n in value.items)
-        if len(node.keys) > 1 or name.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(name):
+        if len(own or node.keys) > 1 or name.lower() in _NO_ACTIONS or not _KEYWORD.fullmatch(name):
             return None
         fits = self._is_action(name) or (among and value.text.count(" ") < _FEW)
         return (name, value) if plain and fits else None
@@ -328,7 +336,8 @@ class Structures:
             ]
             yield from found or [self._unread(node, "its action cannot be read")]
             return
-        args = _rest_args(node, name) if values is None else flattened(values)
+        counting = [key for key in REPETITIONS if not self._words.takes(name.text, key)]
+        args = _rest_args(node, name, counting) if values is None else flattened(values)
         action = name.text.strip().rpartition(".")[2]
         joined = re.sub(r"[\s-]+", "_", action)
         if args is None:
@@ -403,7 +412,7 @@ class Structures:
         if key in _LEADING and bracketed:
             call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
-        among, column = listed and self._listed, match.start(2) - start
+        among, column = listed and self.listed, match.start(2) - start
         known = among or self._is_action(value)
         if (key in _LEADING or (key == "name" and known)) and _KEYWORD.fullmatch(value):
             whole.keys = ["action"]
@@ -422,13 +431,13 @@ class Structures:
             calling = self._naming(whole, among=True)
             if inner.text.count(" ") >= _FEW or not calling:
                 return None
-            self._listed = True
+            self.listed = True
             return [*self._called(*calling, whole)], after
         else:
             return None
         whole.end = after
         items = list(self._steps(whole, planned=True))
-        self._listed = True
+        self.listed = True
         return (items, after) if items else None
 
     def _more_fields(self, node: Node, column: int, end: int) -> int:
@@ -512,7 +521,7 @@ class Structures:
             args = tuple(name.strip() for name in re.findall(r"<([^<>]*)>", match[2]))
             name = self._words.proper(match[1].strip().lower().replace(" ", "_"))
             call = keyworded(name, [("", arg) for arg in args])
-            return [Item(match.start(1) - 1, match[0].strip(), call)]
+            return [Item(match.start(1) - 1, match[0].strip(), call)] * count_of(match[3] or "1")
         whole = _PDDL.fullmatch(line)
         if whole is None:
             return list(self._grouped(content, end)) if line.lstrip().startswith("(") else []
@@ -568,7 +577,7 @@ _ROW = re.compile(r"[ \t]+\|")
 _BRACKETS = re.compile(
     r"[\s>]*(?:(?:[-*•]|\d+[.)]|<char\d+>)\s+)*\[([A-Za-z][\w ]*)\]"
     r"((?:\s*<[^<>\n]{1,80}>\s*(?:\([^()\n]*\))?)*)"
-    r"[\s,;.]*(?:\[[\d.]+\])?\s*\Z"
+    rf"[\s,;.]*(?:\[[\d.]+\])?\s*(?:\(?({TIMES})\)?)?\s*\Z"
 )
 _ATOM = re.compile(r"\(\s*([A-Za-z][\w-]*)((?:\s+[\w.?-]+)*)\s*\)")
 _PDDL = re.compile(
@@ -614,9 +623,10 @@ def _args(key: str, value: str) -> Args:
     return [("", value)] if found is None else found
 
 
-def _rest_args(node: Node, name: Node) -> Args | None:
+def _rest_args(node: Node, name: Node, counting: Iterable[str]) -> Args | None:
     """Take as arguments what a step says besides its action, remarks aside."""
-    said = [(k, v) for k, v in node.entries() if v is not name and k not in _REMARKS]
+    said = [(k, v) for k, v in node.entries()
+            if v is not name and k not in _REMARKS and k not in counting]  # fmt: skip
     keys, values = [k for k, _ in said], [v for _, v in said]
     return flattened(Node("map", node.start, node.end, items=values, keys=keys))
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from adaptbot_cli.core.english import PRONOUNS
+from adaptbot_cli.core.english import PRONOUNS, REPETITIONS, count_of
 from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
 from adaptbot_cli.core.parse.code import GAP, PROSE
 from adaptbot_cli.core.parse.phrases import (
@@ -20,9 +20,10 @@ from adaptbot_cli.core.parse.phrases import (
 )
 from adaptbot_cli.core.parse.reader import Prose, ReadText, read_text
 from adaptbot_cli.core.parse.repeats import without_repeats
-from adaptbot_cli.core.plan import Call, Finding, Parsed, Written
+from adaptbot_cli.core.plan import Call, Finding, Parsed, Written, keyworded
 
 _MOST_LINES = 5
+_MOST_TIMES = 50
 _LOOK_BACK = 3
 """How many steps a pronoun looks back."""
 
@@ -182,7 +183,7 @@ def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
         elif item.code == PROSE:
             yield from settle.steps(item.start, item.source, marked=True)
         else:
-            yield settle.call(item)
+            yield from settle.call(item)
 
 
 class _Settling:
@@ -195,17 +196,27 @@ class _Settling:
     def _remember(self, objects: Sequence[str]) -> None:
         self.objects = [objects, *self.objects][:_LOOK_BACK] if objects else self.objects
 
-    def call(self, item: Item) -> Item:
-        """Return an item that was read, a call with what its pronouns stand for."""
+    def call(self, item: Item) -> Iterator[Item]:
+        """Yield an item that was read, a call with what its pronouns stand for, as often as it is
+        done."""
         if item.call is None:
-            return item
-        ends = CLOSED.fullmatch(item.call.action) and not self.words.knows(item.call.action)
-        if ends and not item.call.args:
-            return Item(item.start, item.source, code=LEFT_OUT)
-        args = [self.objects[0][0] if self.objects and arg.lower() in PRONOUNS else arg
-                for arg in item.call.args]  # fmt: skip
-        self._remember([arg for arg in args[:1] if not arg[:1].isdigit()])
-        return replace(item, call=replace(item.call, args=tuple(args)))
+            yield item
+            return
+        action = item.call.action
+        if CLOSED.fullmatch(action) and not self.words.knows(action) and not item.call.args:
+            yield Item(item.start, item.source, code=LEFT_OUT)
+            return
+        own, often = [], 1
+        for name, arg in item.call.named():
+            if name.lower() in REPETITIONS and not self.words.takes(action, name):
+                often = count_of(arg)
+            else:
+                pronoun = self.objects and arg.lower() in PRONOUNS
+                own.append((name, self.objects[0][0] if pronoun else arg))
+        self._remember([arg for _, arg in own[:1] if not arg[:1].isdigit()])
+        if not often:
+            yield conditional(item.start, item.source, "how often it is done")
+        yield from [replace(item, call=keyworded(action, own))] * min(often, _MOST_TIMES)
 
     def steps(
         self, start: int, source: str, marked: bool, condition: str = "", unknown: bool = True
