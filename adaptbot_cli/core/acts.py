@@ -17,11 +17,14 @@ from adaptbot_cli.core.run import Acting, Run
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Stop, Surprised, Turn
 from adaptbot_cli.core.world import LOST, REFUSED, STOPPED, Acted, Seen, believe, is_irreversible
 
-MOST_ACTS = 1_000
-"""How many steps one run tries at most, so that it ends in a world that undoes them all."""
-
 MOST_AGAIN = 2
-"""How often a step that failed is tried again, before somebody is asked."""
+"""How often a step is tried again from where it was tried before, until somebody is asked."""
+
+MOST_ACTS = 1_000
+"""How many steps one run tries at most, so that it ends in a world that is never the same."""
+
+_UNDONE = "what it brings about does not last"
+"""Why a step has failed that was done again and again from the same state."""
 
 _ALL = "all"
 _AGREE = (
@@ -63,8 +66,12 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
         if seen is None:
             acting.over = STOPPED
             break
+        standing = net(acting.changes)
         delta, surprise = believe(run.kg, Delta() if seen.failed else expected, seen)
-        _log(run, acting, Acted(step, bound, delta, surprise, seen.failed))
+        tried = Acted(step, bound, delta, surprise, seen.failed, standing)
+        if not seen.failed and _as_often(acting, tried) >= MOST_AGAIN:
+            seen = replace(seen, failed=_UNDONE)
+        _log(run, acting, replace(tried, failed=seen.failed))
         if not seen.failed:
             acting.left, acting.at = rest(report.steps[place + 1 :]), place + 1
         yield from _keep(run, acting, delta, surprise)
@@ -74,6 +81,14 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
     else:
         return True
     return False
+
+
+def _as_often(acting: Acting, tried: Acted) -> int:
+    """How often since the person last helped a step was tried from the same state of things, and
+    came out alike."""
+    since = acting.acts[(acting.helps or [0])[-1] :]
+    key = key_of(tried.bound), tried.standing, bool(tried.failed)
+    return sum((key_of(act.bound), act.standing, bool(act.failed)) == key for act in since)
 
 
 def _log(run: Run, acting: Acting, tried: Acted) -> None:
@@ -244,16 +259,14 @@ def lost(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
 
 
 def is_hopeless(run: Run, acting: Acting) -> bool:
-    """Tell whether to try the last step again would be in vain: it has failed so often before with
-    nothing to help it since, or nobody knows any more where a thing is that it takes."""
-    since = acting.acts[(acting.helps or [0])[-1] :]
-    if not since or not since[-1].failed:
+    """Tell whether to try the last step again would be in vain: it has failed, and was tried from
+    the same state so often before with nothing to help it since, or nobody knows any more where a
+    thing is that it takes."""
+    last = acting.acts[-1] if len(acting.acts) > (acting.helps or [0])[-1] else None
+    if last is None or not last.failed:
         return False
-    *before, last = since
-    if lost(run, last):
-        return True
-    same = (act for act in before if act.failed and key_of(act.bound) == key_of(last.bound))
-    return not last.surprise and sum(1 for _ in same) >= MOST_AGAIN
+    again = last.failed != _UNDONE and _as_often(acting, last) <= MOST_AGAIN
+    return bool(lost(run, last)) or not again
 
 
 def with_failure(acting: Acting, report: Report) -> Report:

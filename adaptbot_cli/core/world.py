@@ -47,7 +47,8 @@ class Acted:
     """A step that was tried in the world.
 
     `delta` is what it changed in what is believed, `surprise` the part that was not expected;
-    `failed` why it was not done.
+    `failed` why it was not done; `standing` is what had changed since the robot began, so that the
+    same step from the same standing has been tried before.
     """
 
     step: Step
@@ -55,6 +56,7 @@ class Acted:
     delta: Delta = field(default=Delta())
     surprise: Delta = field(default=Delta())
     failed: str = ""
+    standing: Delta = field(default=Delta())
 
 
 def named(fact: Triple, kg: Kg) -> Named:

@@ -302,7 +302,22 @@ def test_a_world_that_undoes_everything_ends() -> None:
         return Seen(observed=frozenset({fact("cupboard", "doorOpen", False)}))
 
     played = play(says, replans=3)
-    assert not played.result.goal_met
+    assert not played.result.goal_met and len(played.tried) < 20
+
+
+def test_what_a_world_undoes_with_success_again_and_again_is_asked_about() -> None:
+    """The board slips back each time, and the door falls shut."""
+
+    def says(turn: Act) -> Seen:
+        if turn.step.call.action != "take_part":
+            return Seen()
+        back = {fact("cupboard", "doorOpen", False), fact("board", "in", "cupboard")}
+        return Seen(observed=frozenset(back), gone=frozenset({fact("arm", "holds", "board")}))
+
+    played = play(says)
+    assert played.tried == [*DONE[:2] * 2, DONE[0]] and played.asked == ["failed cupboard"]
+    assert played.result.outcome is not None and played.result.outcome.error is not None
+    assert "does not last" in played.result.outcome.error.message
 
 
 # The paper's policy ------------------------------------------------------------- Algorithm 1

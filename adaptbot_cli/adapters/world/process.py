@@ -56,6 +56,7 @@ class Process:
     _errors: list[bytes] = field(default_factory=list, init=False)
     _lost: str = field(default="", init=False)
     _over: bool = field(default=False, init=False)
+    _awaited: tuple[int, str, Json] | None = field(default=None, init=False)
     answered: bool = field(default=False, init=False)
     ended_by_itself: bool = field(default=True, init=False)
 
@@ -106,11 +107,18 @@ class Process:
         return self._seen(answer, Delta(), odd)
 
     def act(self, turn: Act) -> Seen:
-        """Have a step carried out; return what came of it."""
-        arguments = self._arguments(turn)
+        """Have a step carried out; return what came of it.
+
+        A step that was not answered is first waited for once more, before it is told again: its
+        robot may still be at it.
+        """
+        arguments, name, number = self._arguments(turn), turn.bound.action.name, turn.number
+        awaited = self._awaited is not None and self._awaited[1:] == (name, arguments)
+        if awaited and self._awaited is not None:
+            number = self._awaited[0]
         message = {
-            "act": turn.number,
-            "action": turn.bound.action.name,
+            "act": number,
+            "action": name,
             "args": [*arguments.values()],
             "arguments": arguments,
             "expects": {
@@ -118,7 +126,10 @@ class Process:
                 "removed": [named(fact, self.kg) for fact in sorted(turn.expected.removed)],
             },
         }
-        answer, odd = self._asked(message, lambda said: _is_answer(said, turn.number))
+        told = None if awaited else message
+        answer, odd = self._asked(told, lambda said: _is_answer(said, number))
+        late = not (answer or awaited or self._over)
+        self._awaited = (number, name, arguments) if late else None
         if answer is None:
             words = self._last_words() if self._over else ""
             return Seen(f"{self._lost}{words}", odd=odd, over=LOST if self._over else "")
@@ -170,6 +181,7 @@ class Process:
         try:
             self._lines, self._readers, self._errors = queue.Queue(MOST_LINES), [], []
             self._lost, self._over, self.ended_by_itself = "", False, True
+            self._awaited = None
             self._process = subprocess.Popen(
                 words,
                 stdin=subprocess.PIPE,
@@ -199,14 +211,16 @@ class Process:
         said = b" ".join(self._errors[-2:]).decode("utf-8", "replace").split()
         return f' (it wrote: "{" ".join(said)[:300]}")' if said else ""
 
-    def _asked(self, message: Json, fits: Any) -> tuple[Json | None, tuple[str, ...]]:
-        """Say something and wait for the answer; None if none comes, and `_lost` says why."""
+    def _asked(self, message: Json | None, fits: Any) -> tuple[Json | None, tuple[str, ...]]:
+        """Say something, if there is anything to say, and wait for the answer; None if none comes,
+        and `_lost` says why."""
         assert self._process is not None and self._process.stdin is not None
-        odd = [_unfit(line) for line in self._unasked()]
+        odd = [_unfit(line) for line in self._unasked()] if message else []
         self.answered = False
         try:
-            self._process.stdin.write(json.dumps(message).encode() + b"\n")
-            self._process.stdin.flush()
+            if message:
+                self._process.stdin.write(json.dumps(message).encode() + b"\n")
+                self._process.stdin.flush()
         except (OSError, ValueError):
             self._end("it no longer listens")
             return None, ()
