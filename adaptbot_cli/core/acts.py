@@ -1,4 +1,4 @@
-"""A checked plan carried out in a world outside, step by step (Algorithm 1, execute)."""
+"""Executing a checked plan in a world, step by step (Algorithm 1, execute)."""
 
 from collections.abc import Generator, Iterable
 from dataclasses import replace
@@ -35,7 +35,7 @@ _AGREE = (
 
 
 def begin(run: Run, acting: Acting) -> Generator[Turn, Any, bool]:
-    """Have the world make ready; return whether what it sees is not what was believed."""
+    """Start the world; return whether its first observation contradicts the belief."""
     acting.begun = True
     seen: Seen = yield Begin(run.task)
     delta, surprise = believe(run.kg, Delta(), seen)
@@ -101,7 +101,7 @@ def _log(run: Run, acting: Acting, tried: Acted) -> None:
 
 
 def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
-    """Take the last step as done: the person has seen to it."""
+    """Mark the last step as done by the person."""
     last = acting.acts[-1]
     expected = change_of(last.bound, run.kg)
     run.kg.apply(expected)
@@ -111,7 +111,7 @@ def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
 
 
 def _keep(run: Run, acting: Acting, delta: Delta, surprise: Delta) -> Generator[Turn, Any, None]:
-    """Have what was done and seen committed at once: nothing that comes later can lose it."""
+    """Commit what was done and observed at once, so that nothing later can lose it."""
     acting.changes.append(delta)
     if surprise:
         acting.surprises.append(surprise)
@@ -123,19 +123,19 @@ def _keep(run: Run, acting: Acting, delta: Delta, surprise: Delta) -> Generator[
 
 
 def told(act: Acted) -> str:
-    """Write a step that was tried: the call, and why it failed."""
+    """Format an attempted step: its call, and why it failed."""
     call = act.step.call.render()
     return f"{call} failed: {act.failed}" if act.failed else call
 
 
 def rest(steps: Iterable[Step]) -> str:
-    """Return steps as a plan's text; what was only inserted is found again where it is needed."""
+    """Return steps as a plan's text, without inserted ones: repair finds those where needed."""
     kept = (step for step in steps if step.status not in ("inserted", "dropped"))
     return "\n".join(step.call.render() for step in kept)
 
 
 def _agreed(run: Run, acting: Acting, step: Step, bound: Bound) -> Generator[Turn, Any, bool]:
-    """Have the person agree to a step, where that is asked for; nobody there does not agree."""
+    """Ask the person to confirm a step if `confirm` says so; an absent person refuses."""
     wanted = acting.confirm == "each" or (
         acting.confirm == "irreversible" and is_irreversible(bound.action, run.kg.domain)
     )
@@ -153,7 +153,7 @@ def _agreed(run: Run, acting: Acting, step: Step, bound: Bound) -> Generator[Tur
 
 
 def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple[Report, Outcome]]:
-    """End in the world; return the whole plan as it was carried out, and what came of it.
+    """Stop the world; return the whole plan as executed, and its outcome.
 
     What is asked for is judged on what is believed then, and by the world itself where it can.
     """
@@ -178,7 +178,7 @@ def _why(seen: Seen) -> str:
 
 
 def _error(acting: Acting, report: Report) -> Finding | None:
-    """What kept the plan from its end, None if nothing did."""
+    """What kept the plan from completing, None if nothing did."""
     number = len(acting.acts)
     if acting.over == LOST:
         failed = acting.acts[-1].failed if acting.acts else ""
@@ -194,7 +194,7 @@ def _error(acting: Acting, report: Report) -> Finding | None:
 
 
 def failure(acting: Acting) -> Finding | None:
-    """Return the finding of the last step, if it failed."""
+    """Return the last step's finding, None if it did not fail."""
     last = acting.acts[-1] if acting.acts else None
     if last is None or not last.failed:
         return None
@@ -203,7 +203,7 @@ def failure(acting: Acting) -> Finding | None:
 
 
 def carried_out(acting: Acting, report: Report) -> Report:
-    """Return the plan as it was carried out: the steps that were passed, and those still left."""
+    """Return the plan as executed: the steps behind, then those still to come."""
     left = zip(report.steps[acting.at :], report.bounds[acting.at :], strict=True)
     to_come = [
         (step if step.status == "dropped" else replace(step, done="not tried"), bound, Delta())
@@ -223,7 +223,7 @@ def carried_out(acting: Acting, report: Report) -> Report:
 
 
 def outside(acting: Acting) -> Outside:
-    """Return what the world did to the plan, for the result.
+    """Summarise failures, recoveries and surprises for the result.
 
     A failure is recovered from if a later step was done and the person did not help in between.
     """
@@ -240,7 +240,7 @@ def outside(acting: Acting) -> Outside:
 
 
 def placed(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
-    """Return the things of a step that can be somewhere else, with the property that says where."""
+    """Return the movable things of a step, each with its location property."""
     hands = set(run.kg.instances(k.iri for k in run.kg.domain.kinds.values() if k.hand))
     things = (v for v in act.bound.values.values() if isinstance(v, URIRef) and v not in hands)
     found = ((thing, place_property(thing, run.scene)) for thing in things)
@@ -248,8 +248,7 @@ def placed(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
 
 
 def lost(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
-    """Return those things of a step of which nobody knows where they are: neither in a place nor
-    with the robot."""
+    """Return the things of a step whose place is unknown: in no place, and not with the robot."""
     with_robot = set(run.kg.facts.objects(run.kg.domain.agent, None))
     return [
         (thing, prop)
@@ -270,6 +269,6 @@ def is_hopeless(run: Run, acting: Acting) -> bool:
 
 
 def with_failure(acting: Acting, report: Report) -> Report:
-    """Return the plan that is left with the failure of its first step as a finding."""
+    """Return the remaining plan with its first step's failure as a finding."""
     found = failure(acting)
     return report if found is None else replace(report, findings=(found, *report.findings))

@@ -46,7 +46,7 @@ class Edit:
 
     @property
     def sign(self) -> Sign:
-        """What happened to the value."""
+        """Whether the value was added, removed or changed."""
         if self.old is None:
             return "added"
         return "removed" if self.new is None else "changed"
@@ -119,14 +119,14 @@ _TERMS: Mapping[Node, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """Says facts in the words of a domain; `names` are those of things in any of the versions."""
+    """Puts facts into the words of a domain; `names` has the things of every version."""
 
     domain: Domain
     names: Mapping[Node, str]
 
     @classmethod
     def of(cls, domain: Domain, *versions: Iterable[Triple]) -> "Words":
-        """Take the names from some facts; those given first go before the others.
+        """Collect the names in some facts; earlier ones take precedence.
 
         A part of a taught action is called by its name there, or by what is said without it.
         """
@@ -140,7 +140,7 @@ class Words:
         return cls(domain, names)
 
     def also(self, facts: Iterable[Triple]) -> "Words":
-        """Return words that know the names in further facts too."""
+        """Return words that also know the names in further facts."""
         more = Words.of(self.domain, facts).names
         return Words(self.domain, {**more, **self.names})
 
@@ -157,7 +157,7 @@ class Words:
         return _TERMS.get(predicate) or (prop.label if prop else local(predicate))
 
     def value(self, node: Node) -> str:
-        """Return a value in a word: yes, no, a name or a text."""
+        """Return a value as people read it: yes, no, a name or a text."""
         if isinstance(node, Value) and isinstance(node.value, bool):
             return "yes" if node.value else "no"
         return str(node) if isinstance(node, Value) else self.name(node)

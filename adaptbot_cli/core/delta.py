@@ -1,4 +1,4 @@
-"""Changes of a graph as values, and a rehearsal as the line of changes that led to where it is."""
+"""Deltas, and the undo log that a rehearsal writes."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from adaptbot_cli.core.terms import Triple
 
 @dataclass(frozen=True, slots=True)
 class Delta:
-    """What an effect or an answer changes: triples taken away, triples added."""
+    """The triples that an effect or an answer removes and adds."""
 
     removed: frozenset[Triple] = frozenset()
     added: frozenset[Triple] = frozenset()
@@ -19,12 +19,12 @@ class Delta:
 
     @property
     def inverse(self) -> "Delta":
-        """What takes this change back."""
+        """The delta that undoes this one."""
         return Delta(self.added, self.removed)
 
 
 def net(deltas: Iterable[Delta]) -> Delta:
-    """Fold changes made one after the other into what they come to."""
+    """Compose consecutive deltas into one."""
     removed: set[Triple] = set()
     added: set[Triple] = set()
     for delta in deltas:
@@ -36,7 +36,7 @@ def net(deltas: Iterable[Delta]) -> Delta:
 
 
 _UNSURE = -1
-"""The number of no state: that of a change that may be written in part."""
+"""The number of a state that may be only partly written: never looked up."""
 
 
 @dataclass(slots=True)
@@ -58,7 +58,7 @@ class Line:
     _same: int = 0
 
     def take(self, delta: Delta) -> None:
-        """Go on by one change."""
+        """Append a delta."""
         step = (self.state, delta)
         if step not in self._next:
             self._next[step] = next(self._numbers)
@@ -67,7 +67,7 @@ class Line:
         self.state = self._next[step]
 
     def back_to(self, mark: int) -> None:
-        """Go back to where the line was `mark` changes long."""
+        """Drop every delta after the first `mark`."""
         if mark < len(self.changes):
             self.state = self._past[mark]
             del self.changes[mark:], self._past[mark:]
@@ -98,7 +98,7 @@ class Line:
         self._same = len(written)
 
     def keep(self) -> None:
-        """Make what has been changed the state to start from; it can no longer be gone back on."""
+        """Make the current state the starting point: earlier deltas can no longer be undone."""
         self.settle()
         self.changes.clear()
         self._past.clear()

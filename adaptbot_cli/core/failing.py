@@ -1,4 +1,4 @@
-"""What to ask the person when a step failed in the world, and what the answer leads to."""
+"""What to ask the person when a step failed in the world, and what follows from the answer."""
 
 from collections.abc import Generator, Iterator
 from dataclasses import replace
@@ -34,7 +34,7 @@ from adaptbot_cli.core.world import Acted
 
 
 def ask_what_now(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, Report]:
-    """Ask what to do about the step that failed last; return the plan for what is left.
+    """Ask what to do about the step that failed last; return the report on the remaining plan.
 
     Where it is not known any more where a thing is, that is asked; else what the person knows.
     """
@@ -72,7 +72,7 @@ def ask_what_now(run: Run, acting: Acting, report: Report) -> Generator[Turn, An
 
 
 def _answered(run: Run, question: Question) -> Generator[Turn, Any, Answer | None]:
-    """The person's answer; None if there is none, or if it tells nothing."""
+    """The person's answer, None if it was put off or is unknown."""
     answer: Answer = yield Ask(question)
     run.asked[question.key] = (question, answer)
     run.stopped = run.stopped or answer.value == STOP.value or answer.last
@@ -85,7 +85,7 @@ def _answered(run: Run, question: Question) -> Generator[Turn, Any, Answer | Non
 def _teach(
     run: Run, report: Report, question: Question, answer: Answer
 ) -> Generator[Turn, Any, None]:
-    """Learn what was said. It is not held against what is known: that has just been refuted."""
+    """Learn the answer unchecked for contradictions: the world has just refuted the belief."""
     run.asked[question.key] = (question, answer)
     for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
         teach.take(lesson, run.scene)
@@ -101,7 +101,7 @@ def _where(run: Run, entity: URIRef, prop: URIRef, why: str) -> Question:
 
 
 def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
-    """What the step needs its things to be, as questions, each with the answer that denies it."""
+    """The attributes the step requires, as questions, each with the answer that denies it."""
     for need in last.bound.action.attributes:
         entity = last.bound.values.get(need.of)
         prop = run.kg.domain.properties.get(need.prop)
@@ -112,7 +112,7 @@ def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
 
 
 def _denial(question: Question, value: str) -> str:
-    """The choice that tells what a thing is like, against what the step needs."""
+    """The choice that denies an attribute the step requires."""
     return f"{IS_SO if value == YES else IS_NOT}{question.prop} {question.about}"
 
 

@@ -1,4 +1,4 @@
-"""A run is its replies: to correct an answer, run again with the replies that were given.
+"""A run is determined by its replies: to correct an answer, it is run again with the others.
 
 The method is a pure generator, so the replies make the run. Going back to a question takes the
 run's learning back and starts over: every prompt gets the proposal it got, every question the
@@ -44,7 +44,7 @@ Turns = Generator[Turn, Any, R]
 
 
 class GoBack(Exception):
-    """The person wants to answer the question with the key `to` again."""
+    """The person wants to change the answer to the question with the key `to`."""
 
     def __init__(self, to: Key) -> None:
         super().__init__(to)
@@ -70,7 +70,7 @@ class Journal:
     sealed: bool = False
 
     def play(self, turns: Turns[R]) -> Turns[R]:
-        """Run turns, giving the replies that are known and passing the other turns on.
+        """Run turns, supplying the known replies and yielding the other turns.
 
         Raises:
             GoBack: the person goes back; `reopen` the question and start again.
@@ -87,15 +87,14 @@ class Journal:
             turns.close()
 
     def reopen(self, key: Key) -> None:
-        """Have a question asked again, and what followed from its answer; without them,
-        everything goes as it went."""
+        """Forget an answer and those that followed from it, so that they are asked for again."""
         self.quiet = True
         if key in self.answers:
             self.reopened[key] = self.answers.pop(key)
             self._drop_following(key, self.reopened[key])
 
     def _drop_following(self, key: Key, answer: Answer) -> None:
-        """Forget the answers that followed from one that is given no more."""
+        """Forget the answers that followed from one that no longer holds."""
         rule = (key[2], answer.value)
         for other, rules in self.follows.items():
             values = {f.value for f in rules if (f.prop, f.equals) == rule}
@@ -128,7 +127,7 @@ class Journal:
         return (yield turn)
 
     def _propose(self, turn: Propose) -> Generator[Turn, Any, Proposal]:
-        """The same prompt gets the same plan, which has been paid for."""
+        """Reuse the plan that the same prompt got: it has been paid for."""
         if turn in self.proposals:
             known = self.proposals[turn]
             return replace(known, calls=0, prompt_tokens=0, completion_tokens=0, cost_usd=None)
@@ -149,7 +148,7 @@ class Journal:
         return self._note(question, answer)
 
     def _offer(self, questions: tuple[Question, ...]) -> Generator[Turn, Any, tuple[Answer, ...]]:
-        """Offer only what has not been offered before, or is to be corrected."""
+        """Offer what was not offered before or is to be corrected."""
         left = tuple(self._prepared(q) for q in questions if q.key not in self.answers)
         stops = False
         if left:
@@ -175,7 +174,7 @@ class Journal:
         return answer
 
     def _prepared(self, question: Question) -> Question:
-        """A question with what was said before as the likely answer.
+        """A question with its earlier answer as the suggestion.
 
         What is known stands on its form only where the person has gone back to it.
         """
@@ -192,7 +191,7 @@ class Journal:
         return replace(question, together=together, offered=self._unanswered(question.offered))
 
     def _shown(self, question: Question) -> Question:
-        """A question as it stands on a form that is shown again."""
+        """A question as a form shows it again."""
         known = self.answers.get(question.key)
         if known is None:
             return self._prepared(question)

@@ -1,4 +1,4 @@
-"""Progress lines: the way of each thing through an executed plan (paper, IV-A and figure 4)."""
+"""Progress lines: what becomes of each thing in an executed plan (paper, IV-A and figure 4)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -48,7 +48,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """The ways of all things that a plan touches.
+    """The progress lines of all things that a plan touches.
 
     `steps` are number and call of those that were taken, in order; `executed` tells whether the
     plan was carried out, rather than rehearsed as far as it came; `stopped` what ended it early,
@@ -91,7 +91,7 @@ class Progress:
 
 
 def progress(report: Report, outcome: Outcome | None, kg: Kg) -> Progress:
-    """Return the ways of the things that a plan touches, from what its steps changed.
+    """Return the progress lines of the things that a plan touches, from the deltas of its steps.
 
     `kg` holds the state before the plan. Without an `outcome` it is the rehearsal's changes that
     are told; a step that could not be taken has none.
@@ -127,7 +127,7 @@ def _movable(kg: Kg) -> frozenset[URIRef]:
 
 @dataclass(slots=True)
 class _Trace:
-    """The ways so far: where things are now, and what has happened to them."""
+    """The lines so far: where each thing is, and its events."""
 
     kg: Kg
     locations: frozenset[URIRef]
@@ -157,7 +157,7 @@ class _Trace:
         self._used(number, bound)
 
     def _moves(self, delta: Delta) -> dict[Node, Node]:
-        """Where things came to: a place, or the robot that holds them."""
+        """Note where things have moved: to a place, or to the robot that holds them."""
         agent = self.kg.domain.agent
         added = sorted(delta.added)
         moves = {s: o for s, p, o in added if p in self.locations}
@@ -169,7 +169,7 @@ class _Trace:
         return moves
 
     def _can_move(self, thing: Node) -> bool:
-        """Whether a thing is of a kind that can be moved."""
+        """Whether things of this class can be moved."""
         return any(
             kind.location_property in self.locations
             for kind in self.kg.domain.kinds.values()
@@ -259,7 +259,7 @@ class _Trace:
         return tuple(line for _, line in sorted(made, key=lambda pair: pair[0]))
 
     def _matters(self, thing: Node, wanted: set[str]) -> bool:
-        """Whether it is more than a place where other things come and go."""
+        """Whether a thing is more than a place that other things move through."""
         own = [e for e in self.events[thing] if e.kind not in ("gained", "lost")]
         return bool(own) or self._can_move(thing) or normal(self.kg.name(thing)) in wanted
 

@@ -51,7 +51,7 @@ class Origin:
 
 
 def short(sign: str, triple: Triple) -> str:
-    """Write a fact as commits tell it: `+ egg obj_location fridge`.
+    """Format a fact as commit messages do: `+ egg obj_location fridge`.
 
     What a commit message cannot hold is left out there, and so it is here.
     """
@@ -59,18 +59,18 @@ def short(sign: str, triple: Triple) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text on one line, without what a commit message cannot hold."""
+    """Return a text on one line, without characters a commit message cannot hold."""
     return " ".join(text.replace("\0", "").encode("utf-8", "replace").decode("utf-8").split())
 
 
 def answer_id(revision: str, number: int) -> str:
-    """Return the id of an answer: the commit's short sha and the answer's number in it."""
+    """Return the id of an answer: its commit's short sha and its number there."""
     return f"{revision[:7]}.{number}"
 
 
 @dataclass(frozen=True, slots=True)
 class Turnover:
-    """One moment in the history of a fact: a value came ("+") or went ("-"), and why."""
+    """One event in a fact's history: a value was asserted ("+") or retracted ("-"), and why."""
 
     sign: str
     triple: Triple

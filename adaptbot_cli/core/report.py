@@ -1,4 +1,4 @@
-"""What became of a plan: its steps, its findings, what it changes, and the final result."""
+"""The report on a plan, the outcome of its execution, and the result of a run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from adaptbot_cli.core.terms import Triple
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """An action with the terms that its parameters stand for."""
+    """A ground action: an action with a term for every parameter."""
 
     action: Action
     values: Mapping[str, Node]
@@ -42,17 +42,17 @@ class Report:
 
     @property
     def blocking(self) -> tuple[Finding, ...]:
-        """The findings that keep the plan from being executed."""
+        """The findings that make the plan not executable."""
         return tuple(f for f in self.findings if blocks(f))
 
     @property
     def open(self) -> tuple[Finding, ...]:
-        """The findings that a better plan or more knowledge would mend."""
+        """The findings that a better plan or more knowledge would resolve."""
         return tuple(f for f in self.findings if is_open(f))
 
     @property
     def executable(self) -> bool:
-        """Whether nothing keeps the plan from being executed."""
+        """Whether no finding blocks the plan."""
         return bool(self.live) and not self.blocking
 
     @property
@@ -63,7 +63,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How far an execution came: what each executed step changed, what stopped it, if anything."""
+    """How far an execution got: each executed step's delta, and what stopped it, if anything."""
 
     deltas: tuple[Delta, ...]
     error: Finding | None = None
@@ -73,7 +73,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What a run cost. Tokens as the planner counted them; cost in US dollars, None if unknown."""
+    """What a run used. Tokens as the planner counted them; cost in US dollars, None if unknown."""
 
     model_calls: int = 0
     prompt_tokens: int = 0
@@ -97,7 +97,7 @@ class Outside:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a run came to; of a request for several tasks, what each of the `runs` came to."""
+    """The result of a run; for a request of several tasks, `runs` has one result each."""
 
     report: Report
     outcome: Outcome | None

@@ -1,4 +1,4 @@
-"""A run as far as it has come, and how a plan's text is looked at in it."""
+"""The state of a run, and how a plan's text is checked in it."""
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
@@ -19,16 +19,16 @@ from adaptbot_cli.core.world import Acted, sentences
 
 Policy = Literal["tutor", "paper"]
 Confirm = Literal["none", "irreversible", "each"]
-"""Which steps the person must agree to before they are carried out in a world outside."""
+"""Which steps the person must confirm before the world carries them out."""
 
 MOST_SEEN = 12
-"""Of how many surprises a prompt tells, the last ones."""
+"""How many surprises a prompt describes at most: the latest."""
 Parse = Callable[[str], Parsed]
 
 
 @dataclass(slots=True)
 class Acting:
-    """What has come of a run in a world outside.
+    """The state of an execution in a world.
 
     `before` are the calls that were carried out before this run, which goes on with another; `acts`
     the steps tried so far, `helps` how many there were each time that the person helped. `passed`
@@ -52,7 +52,7 @@ class Acting:
 
     @property
     def done(self) -> list[Call]:
-        """The calls of the plan that were carried out."""
+        """The calls of the plan that were executed."""
         done = (act.step for act in self.acts if not act.failed)
         return [*self.before, *(step.call for step in done if step.status != "inserted")]
 
@@ -86,7 +86,7 @@ class Run:
 
     @property
     def answered(self) -> tuple[tuple[Question, Answer], ...]:
-        """What the person may go back to: nothing, once the robot has begun to act."""
+        """The questions the person may go back to: none once the robot has begun to act."""
         return () if self.acting and self.acting.begun else tuple(self.asked.values())
 
     def seen(self, most: int, about: str = "") -> tuple[str, ...]:
@@ -102,7 +102,7 @@ class Run:
 
 
 def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Report]:
-    """Parse, check, refine and repair a text, looking up the words that the KG does not know."""
+    """Parse, check, refine and repair a plan's text; look up words that the KG does not know."""
     parsed = run.parse(text)
     calls = [written.call for written in parsed.calls]
     items, actions = words_to_look_up(calls, run.scene)
@@ -140,8 +140,8 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
 
 
 def _unrepeated(run: Run, text: str) -> str:
-    """A plan without the steps at its beginning that were carried out already, if it repeats them
-    all: a model often writes the whole plan once more."""
+    """Strip the executed steps from the head of a plan that repeats all of them, as models often
+    do."""
     done = run.acting.done if run.acting else []
     parsed = run.parse(text)
     calls = [written.call for written in parsed.calls]
@@ -151,14 +151,14 @@ def _unrepeated(run: Run, text: str) -> str:
 
 
 def as_edited(run: Run, text: str) -> str:
-    """Return what the person has made of a plan's text."""
+    """Return the text that the person's edits made of a plan."""
     while text in run.edits:
         text = run.edits[text]
     return text
 
 
 def forget_all(run: Run) -> None:
-    """Take back all that a run has learned."""
+    """Retract everything that a run has learned."""
     for lesson in reversed(run.lessons):
         teach.forget(lesson, run.scene)
     run.lessons = []

@@ -133,7 +133,7 @@ def pursue_each(
 
 
 def _together(results: Sequence[Result]) -> Result:
-    """The results of several tasks as one; that of a single one as it is."""
+    """Combine the results of several tasks; a single result is returned unchanged."""
     last = results[-1]
     if len(results) == 1:
         return last
@@ -161,7 +161,7 @@ Ended = Generator[Turn, Any, tuple[Report, Outcome | None]]
 
 
 def _tutor(run: Run, limit: int) -> Ended:
-    """Algorithm 1 as the tutor follows it: the person is asked early, and before the robot acts."""
+    """Algorithm 1 with the tutor's policy: ask the person early, and before the robot acts."""
     yield from judged(run)
     text = yield from propose(run, Propose(run.task))
     report = yield from look_at(run, text)
@@ -183,7 +183,7 @@ def _tutor(run: Run, limit: int) -> Ended:
 
 
 def _rehearsed_and_kept(run: Run, report: Report) -> Ended:
-    """Rehearse, and have what was learned kept; what the person leaves out changes the plan."""
+    """Rehearse and review; rehearse again if the person left a lesson out."""
     outcome = yield from _rehearse(run, report)
     changed = yield from _kept(run, report)
     return (
@@ -192,7 +192,7 @@ def _rehearsed_and_kept(run: Run, report: Report) -> Ended:
 
 
 def _kept(run: Run, report: Report) -> Generator[Turn, Any, Report]:
-    """Have what was learned kept; what the person leaves out changes what the plan is worth."""
+    """Review and commit what was learned; check the plan again if a lesson was left out."""
     if not (yield from keep(run)):
         return report
     report = yield from look_at(run, report.text)
@@ -208,8 +208,8 @@ def _rehearse(run: Run, report: Report) -> Generator[Turn, Any, Outcome | None]:
 
 
 def _act(run: Run, acting: Acting, report: Report, tries: int, limit: int) -> Ended:
-    """Carry a plan out in the world. What goes otherwise is repaired from what is seen then; else a
-    new plan is asked for; else the person. The robot goes on from where it stands."""
+    """Execute a plan in the world. A failure or surprise is repaired from the observed state, else
+    re-prompted, else asked about; the robot goes on from where it stands."""
     if (yield from begin(run, acting)):
         report = yield from look_at(run, report.text)
     stuck = False
@@ -249,7 +249,7 @@ def _act(run: Run, acting: Acting, report: Report, tries: int, limit: int) -> En
 
 
 def _helped(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, Report]:
-    """Ask the person about what keeps the rest of the plan from being done; keep the answers."""
+    """Ask the person about what blocks the rest of the plan; commit the answers."""
     asked, run.went_back = run.usage.questions, False
     if not report.executable:
         report = yield from ask(run, report)
@@ -298,7 +298,7 @@ def _paper(run: Run, limit: int) -> Ended:
 def _feedback(
     run: Run, report: Report, outcome: Outcome | None, tries: int
 ) -> Generator[Turn, Any, tuple[Report, int]]:
-    """Ask for a new plan with all that is wrong with the last; look at it."""
+    """Re-prompt with all findings of the last plan; check the new one."""
     error = outcome.error if outcome else None
     findings = (*still_open(run, report), *((error,) if error else ()))
     text = yield from propose(run, Propose(run.task, tries + 1, report.text, findings))
@@ -306,7 +306,7 @@ def _feedback(
 
 
 def _execute(run: Run, report: Report) -> Generator[Turn, Any, Outcome | None]:
-    """Execute a plan, if that is possible: on a copy of G_s, or in the world as far as it comes."""
+    """Execute a plan if it can be: on a copy of G_s, or in the world as far as it gets."""
     acting = run.acting
     if acting is None or not report.executable or acting.over:
         return (yield from _rehearse(run, report)) if acting is None else None

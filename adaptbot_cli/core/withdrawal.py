@@ -1,4 +1,4 @@
-"""Taking knowledge back: what was said, with everything that follows from it, and nothing else."""
+"""Retracting facts together with everything that follows from them, and nothing else."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, TRUE, Triple
 
 @dataclass(slots=True)
 class Known:
-    """The facts of a home, to be looked up by what they are about and by what they name."""
+    """The facts of a home, indexed by subject and by object."""
 
     domain: Domain
     facts: frozenset[Triple]
@@ -26,17 +26,17 @@ class Known:
             self._by_value.setdefault(triple[2], set()).add(triple)
 
     def about(self, subject: Node, predicate: Node | None = None) -> set[Triple]:
-        """Return the facts about a thing, or its values of one predicate."""
+        """Return the facts about a thing, of one predicate if given."""
         found = self._by_subject.get(subject, set())
         return {t for t in found if predicate is None or t[1] == predicate}
 
     def naming(self, value: Node) -> set[Triple]:
-        """Return the facts whose value is a thing."""
+        """Return the facts that name a thing as their object."""
         return self._by_value.get(value, set())
 
 
 def following(taken: Iterable[Triple], known: Known) -> frozenset[Triple]:
-    """Return facts that are taken back together with all known facts that follow from them.
+    """Return facts to retract together with all known facts that follow from them.
 
     From a thing's kind follows everything about it and whatever names it: attributes, other names,
     its place, and the places of what is in it. From an attribute follow the states that it brings
@@ -92,7 +92,7 @@ def taken_back(taught: Delta, known: Known) -> Delta:
 
 
 def _fits(triple: Triple, gone: frozenset[Triple], restored: set[Triple], known: Known) -> bool:
-    """Whether an old fact may return: its thing is still there, and so is the thing it names."""
+    """Whether an old fact may be restored: its subject and object still exist."""
     subject, predicate, value = triple
     if predicate in FACT_TERMS and subject == known.domain.iri:
         return True
@@ -108,7 +108,7 @@ def _fits(triple: Triple, gone: frozenset[Triple], restored: set[Triple], known:
 
 
 def _there(node: Node, gone: frozenset[Triple], restored: set[Triple], known: Known) -> bool:
-    """Whether a thing, an action or its parameter is there after the change."""
+    """Whether a thing, an action or its parameter exists after the change."""
     if known.about(node, RDF.type) - gone or any(node in (t[0], t[2]) for t in restored):
         return True
     return any(action.iri == node for action in known.domain.actions.values())

@@ -1,4 +1,4 @@
-"""What comes of a step in a world that may disagree: seen, believed, surprising (DESIGN, 7)."""
+"""What a world reports about a step, and how it changes the belief."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ STOPPED, REFUSED, LOST = "stopped", "refused", "lost"
 world does not answer."""
 
 Named = tuple[str, str, str | bool | int | float]
-"""A fact by names: thing, property, and the other thing or the value."""
+"""A fact as local names: subject, property, and object or value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def plain(node: Node, kg: Kg) -> str | bool | int | float:
 
 
 def fact_of(told: object, kg: Kg) -> Triple:
-    """Return the fact that is told by names.
+    """Return the fact that three names stand for.
 
     Raises:
         ValueError: it is none, or names what this home does not know; the message says what.
@@ -105,7 +105,7 @@ def _thing(name: object, kg: Kg) -> URIRef:
 
 
 def believe(kg: Kg, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
-    """Let what was done and seen be so from now on; return all that changed, and what surprised.
+    """Apply what was done and observed to the graph; return the delta, and its unexpected part.
 
     What is observed goes before what was expected. Only the state graph changes: what a thing is
     like is for a person to say.
@@ -130,7 +130,7 @@ def possible(kg: Kg, expected: Delta, seen: Seen) -> tuple[Seen, tuple[str, ...]
 
 
 def _change(kg: Kg, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
-    """What would change if all this were believed, and the part of it that was not expected."""
+    """The delta that believing all this would make, and its unexpected part."""
     with kg.rehearsal():
         start = kg.mark
         kg.apply(expected)
@@ -149,7 +149,7 @@ def _states(kg: Kg, facts: Iterable[Triple]) -> frozenset[Triple]:
 
 
 def is_irreversible(action: Action, domain: Domain) -> bool:
-    """Tell whether no action of the domain brings back what an action takes away or makes so.
+    """Tell whether no action of the domain restores what an action removes or changes.
 
     It follows from the effects: what is sliced stays sliced, what is switched on can be switched
     off. A domain says otherwise with `ab:irreversible`.
@@ -162,7 +162,7 @@ def is_irreversible(action: Action, domain: Domain) -> bool:
     brought = [triple for effect in effects for triple in effect.inserts]
 
     def replaced(made: Triple) -> bool:
-        """Whether another value may come in the place of what is made so, or it may go alone."""
+        """Whether an action can replace or remove what this one adds."""
         goes = (e for e in effects if any(_may_be(made, t, made[2]) for t in e.deletes))
         return any(_may_be(made, t, None) for t in brought) or any(
             not any(_may_be(made, t, made[2]) for t in e.inserts) for e in goes
@@ -187,7 +187,7 @@ def _may_be(one: Triple, other: Triple, value: Node | None) -> bool:
 
 
 def sentences(surprise: Delta, kg: Kg, about: Collection[Node] = ()) -> list[str]:
-    """Say what was seen otherwise than expected, a sentence for each property of a thing.
+    """Describe a surprise: one sentence for each property of a thing.
 
     With `about` only what concerns some things is said.
     """
