@@ -22,24 +22,32 @@ from adaptbot_cli.core.questions import (
 )
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.static import known_values
 from adaptbot_cli.core.terms import local
 
 Asked = Mapping[Key, tuple[Question, Answer]]
 
 
 def next_question(
-    report: Report, scene: Scene, asked: Asked, required_only: bool = False
+    report: Report,
+    scene: Scene,
+    asked: Asked,
+    required_only: bool = False,
+    doubt: bool = False,
 ) -> Question | None:
     """Return the next question that this plan needs an answer to, if any is left to ask.
 
     Questions about something just taught come first; the rest in the order of the plan. Nothing
-    is asked twice. With `required_only` only required items are asked about.
+    is asked twice. With `required_only` only required items are asked about. With `doubt` the
+    person is also asked whether what is known is so, where nothing else will do.
     """
     about_taught = next(iter(_about_the_taught(scene, asked)), None)
     if about_taught is not None:
         return about_taught
     for finding in report.blocking:
         if required_only and not scene.requires(finding.subject):
+            continue
+        if finding.code == "E302" and not (doubt and _is_needed(finding, report, scene)):
             continue
         question = _question(finding, report, scene)
         if question is not None and question.key not in asked:
@@ -138,13 +146,31 @@ def _question(finding: Finding, report: Report, scene: Scene) -> Question | None
         return _existence("item", finding, report, scene)
     if finding.code == "E101":
         return _existence("action", finding, report, scene)
-    if finding.code == "E301":
+    if finding.code in ("E301", "E302"):
         prop = property_called(finding.prop, scene)
         if prop is not None:
             name = normal(finding.subject)
             prevents = f"“{context}” stays open" if context else ""
             return learning.attribute_question(scene.kg, name, prop, context, prevents)
     return None
+
+
+def _is_needed(finding: Finding, report: Report, scene: Scene) -> bool:
+    """Tell whether a thing that an attribute rules out is required, or the only one of its kind."""
+    if finding.step is None or scene.requires(finding.subject):
+        return finding.step is not None
+    step = report.steps[finding.step - 1]
+    action, things = resolve.action(step.call.action, scene).action, scene.kg.find(finding.subject)
+    for need in action.attributes if action else ():
+        if local(need.prop) == finding.prop and action is not None:
+            taken = (p.classes for p in action.parameters if p.name == need.of)
+            others = scene.kg.instances(iri for classes in taken for iri in classes)
+            return not any(
+                need.value in known_values(scene.kg, other, need.prop)
+                for other in others
+                if other not in things
+            )
+    return False
 
 
 def _source(finding: Finding, report: Report) -> str:

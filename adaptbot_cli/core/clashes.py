@@ -11,6 +11,7 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import NEW, OLD, Choice, Question
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.static import known_values
 from adaptbot_cli.core.terms import AB, FALSE, TRUE, Triple, local
 
 
@@ -27,6 +28,24 @@ def contradicted(lesson: Lesson, scene: Scene) -> tuple[Triple, ...]:
         found |= set(_excluded_by(fact, scene)) | set(_excluding(fact, scene))
         found |= set(_said_absent(fact, lesson, scene))
     return tuple(sorted(found - lesson.delta.added))
+
+
+def doubted(question: Question, scene: Scene) -> tuple[Triple, ...]:
+    """Return the known facts that say what a question about an attribute asks all the same."""
+    props = [p for p in scene.domain.properties.values() if local(p.iri) == question.prop]
+    if question.kind != "attribute" or not props:
+        return ()
+    implying = {(i.prop, i.equals) for i in props[0].implied}
+    found = (fact for entity in scene.kg.find(question.about)
+             for fact in scene.kg.facts.triples((entity, None, None)))  # fmt: skip
+    return tuple(f for f in found if f[1] == props[0].iri or (f[1], f[2]) in implying)
+
+
+def is_so(question: Question, scene: Scene) -> bool:
+    """Tell whether it is known, or follows, that a yes is the answer to a question."""
+    props = [p for p in scene.domain.properties.values() if local(p.iri) == question.prop]
+    things = scene.kg.find(question.about)
+    return any(TRUE in known_values(scene.kg, e, p.iri) for e in things[:1] for p in props)
 
 
 def _excluded_by(fact: Triple, scene: Scene) -> list[Triple]:

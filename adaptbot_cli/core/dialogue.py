@@ -7,9 +7,21 @@ from typing import Any
 from adaptbot_cli.core import asking, clashes, forms, suggest, teach
 from adaptbot_cli.core.amending import amended
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import EDIT, LATER, NEW, STOP, Answer, Question, Reviewed
+from adaptbot_cli.core.questions import (
+    EDIT,
+    LATER,
+    NEW,
+    NO,
+    STOP,
+    YES,
+    Answer,
+    Question,
+    Reviewed,
+    Suggestion,
+)
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Run, forget_all, look_at
+from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
     Ask,
     Checked,
@@ -34,7 +46,13 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
     while True:
         question = None
         if not run.stopped:
-            question = asking.next_question(report, run.scene, run.asked, required_only)
+            question = asking.next_question(
+                report,
+                run.scene,
+                run.asked,
+                required_only,
+                doubt=run.policy == "tutor" and not required_only,
+            )
         known = len(run.lessons)
         name = forms.unoffered(run.asked, run.offers, question)
         if name is not None and not run.stopped:
@@ -79,10 +97,16 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
     if question.about in asking.taught(run.asked) and question.about not in run.offers:
         rest = forms.rest(question.about, run.scene, run.asked, form)
     for n, each in enumerate(form):
-        if run.stopped or (n and not forms.is_open(each, run.scene)):
+        doubted = clashes.doubted(each, run.scene)
+        if run.stopped or (n and doubted):
             continue
         answered = run.answered
         notes = each.notes if n else (*each.notes, *seen)
+        if doubted:
+            notes = (*notes, *(yield from _as_known(run, doubted)))
+            # Who is not sure leaves it as it is.
+            known = YES if clashes.is_so(each, run.scene) else NO
+            each = replace(each, suggested=Suggestion(known, "as it is known"))
         together = form[n + 1 :]
         ready = replace(each, notes=notes, together=together, offered=rest, answered=answered)
         answer: Answer = yield Ask(ready)
@@ -92,7 +116,16 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         if answer.value == STOP.value:
             run.stopped, answer = True, LATER
         run.stopped = run.stopped or answer.last
-        yield from _learn(run, report, each, answer)
+        yield from _learn(run, report, each, answer, bool(doubted))
+
+
+def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[str]]:
+    """Say what is known of what is asked all the same, and where it comes from."""
+    origins = yield Trace(tuple(clashes.short(fact) for fact in facts))
+    return [
+        f"the graph says: {clashes.in_words(fact, run.scene)}{f' ({origin})' if origin else ''}"
+        for fact, origin in zip(facts, [*(origins or ()), *[""] * len(facts)], strict=False)
+    ]
 
 
 def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generator[Turn, Any, None]:
@@ -117,13 +150,18 @@ def _look_around(run: Run, question: Question) -> Generator[Turn, Any, None]:
 
 
 def _learn(
-    run: Run, report: Report, question: Question, answer: Answer
+    run: Run, report: Report, question: Question, answer: Answer, doubted: bool = False
 ) -> Generator[Turn, Any, None]:
+    """Learn from an answer; what it was asked in doubt of needs no more asking to be corrected."""
     run.asked[question.key] = (question, answer)
     if answer.value != LATER.value:
         run.usage = replace(run.usage, questions=run.usage.questions + 1)
     for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
-        agreed = yield from _settle(run, lesson)
+        if doubted:
+            old = clashes.contradicted(lesson, run.scene)
+            agreed: Lesson | None = clashes.settled(lesson, old, run.scene) if old else None
+        else:
+            agreed = yield from _settle(run, lesson)
         if agreed is not None:
             teach.take(agreed, run.scene)
             run.lessons.append(agreed)

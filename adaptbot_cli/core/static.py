@@ -305,7 +305,8 @@ def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg)
     if need.value in values or (need.assume and not values):
         return None
     if values:
-        return Finding("E302", sentence(need.message, bound, kg), kg.name(entity))
+        message = sentence(need.message, bound, kg)
+        return Finding("E302", message, kg.name(entity), prop=local(need.prop))
     label = kg.domain.properties[need.prop].label if need.prop in kg.domain.properties else ""
     message = f"it is not known whether {kg.name(entity)} is {label or local(need.prop)}"
     return Finding("E301", message, kg.name(entity), prop=local(need.prop))

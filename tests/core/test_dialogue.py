@@ -40,7 +40,7 @@ from adaptbot_cli.core.turns import (
     Trace,
     Turn,
 )
-from adaptbot_cli.core.tutor import pursue
+from adaptbot_cli.core.tutor import Policy, pursue
 from tests.properties import examples
 from tests.worlds import W, changed, facts, parsed, workshop
 
@@ -121,10 +121,14 @@ class Person:
 
 
 def drive(
-    person: Person, kg: Kg | None = None, task: Task = TASK, full: bool = False
+    person: Person,
+    kg: Kg | None = None,
+    task: Task = TASK,
+    full: bool = False,
+    policy: Policy = "tutor",
 ) -> tuple[Result, Kg]:
     kg = kg or workshop()
-    turns = pursue(task, kg, parsed, replans=0, full=full)
+    turns = pursue(task, kg, parsed, policy, replans=0, full=full)
     reply: Any = None
     while True:
         try:
@@ -401,3 +405,45 @@ def test_checks_are_told_only_when_all_is_said_of_a_thing() -> None:
     story = [type(t).__name__ for t in person.seen if isinstance(t, Ask | Checked | Learned)]
     first = story.index("Learned")
     assert story[first : first + 6] == ["Learned", "Ask", "Learned", "Ask", "Learned", "Checked"]
+
+
+UNFIT = (
+    "attributes.ttl",
+    'w:called "board" ; w:drillable true',
+    'w:called "board" ; w:drillable false',
+)
+
+
+def doubted(answer: str, policy: Policy = "tutor") -> tuple[Person, Result, Kg]:
+    """A plan drills the board, of which the graph says that it cannot be drilled."""
+    kg = changed(UNFIT)
+    person = Person({"drillable board": answer}, plan="take(board)\nput(board)\ndrill_hole(board)")
+    result, kg = drive(person, kg, Task("work", ("board",)), policy=policy)
+    return person, result, kg
+
+
+@pytest.mark.parametrize(("answer", "drillable"), [("yes", True), ("no", False), (UNKNOWN, False)])
+def test_a_required_item_that_only_a_known_attribute_rules_out_is_asked_about_once(
+    answer: str, drillable: bool
+) -> None:
+    person, result, kg = doubted(answer)
+    [question] = [turn.question for turn in person.seen if isinstance(turn, Ask)]
+    assert question.notes == ("the graph says: board: drillable no (told by ann)",)
+    [board] = kg.find("board")
+    assert kg.value(board, URIRef(W + "drillable")) == Literal(drillable)
+    assert len(result.lessons) == drillable
+    assert result.verdict == ("executable" if drillable else "findings")
+
+
+def test_the_paper_asks_nothing_that_is_known() -> None:
+    person, result, _ = doubted("yes", "paper")
+    assert not [turn for turn in person.seen if isinstance(turn, Ask)]
+    assert result.verdict == "findings"
+
+
+def test_what_is_known_is_not_doubted_where_another_thing_will_do() -> None:
+    person = Person({}, plan="take(board)\nput(board)\ndrill_hole(board)")
+    fit = ("attributes.ttl", 'w:called "plank" .', 'w:called "plank" ; w:drillable true .')
+    result, _ = drive(person, changed(UNFIT, fit), Task("work"))
+    assert not [turn for turn in person.seen if isinstance(turn, Ask)]
+    assert result.verdict == "findings"

@@ -269,7 +269,8 @@ _LABEL = (
 # 1. 1.2 a) (iv) [x] 1️⃣ and what else leads a list item.
 MARK = (
     r"(?:\(?(?:\d{1,4}(?:\.\d{1,4})*|[a-zA-Z]|[ivx]{1,4})[ ]?(?:[.:)|、．º]|\uFE0F?\u20E3)+"
-    r"|\d{1,4}(?:\.\d{1,4})+(?=\s)|\[[ xX\d✓✔]{1,3}\](?=\s))\s*+"
+    r"|\d{1,4}(?:\.\d{1,4})+(?=\s)|\[(?:(?:[Ss]tep|[Aa]ction|[Tt]ask)\s*\d*|[ xX\d✓✔]{1,3})\](?=\s)"
+    r"|[①-⑳❶-❿Ⅰ-ⅻ]\.?)\s*+"
 )
 _BEFORE = re.compile(
     # Any symbol that opens no value: bullets, arrows, ticks. Words are no marks.
@@ -284,8 +285,10 @@ _BEHIND = re.compile(
     re.IGNORECASE,
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
-_COLON = re.compile(r"(?<!Error)(?<!Exception)[:：][ \t*_`]*\Z")
-_OTHERWISE = re.compile(r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)", re.I | re.S)
+_COLON = re.compile(r"(?:(?<!Error)(?<!Exception)[:：]|→|⇒|[-=]>)[ \t*_`]*\Z")
+_OTHERWISE = re.compile(
+    r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)|assert\b.*\b(else)[\s:]*", re.I | re.S
+)
 _SENTENCE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)|\.\s+[A-Z]")
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
@@ -358,7 +361,7 @@ def alternative(text: str, anchor: int, start: int) -> str:
     """Name the condition of the second call in `clean("pan") or clean("pot")`, or `...; if ...`."""
     gap = text[anchor:start] if start - anchor <= _LOOK else ""
     said = _OTHERWISE.fullmatch(gap)
-    return said[1].rstrip(" `*") if said else ""
+    return (said[1] or said[2]).rstrip(" `*") if said else ""
 
 
 def trailing_condition(text: str, reading: Reading) -> str:

@@ -20,7 +20,7 @@ from adaptbot_cli.core.parse.calls import (
     shown,
     swallow,
 )
-from adaptbot_cli.core.plan import Call, keyworded
+from adaptbot_cli.core.plan import keyworded
 
 Value = str | tuple["Value", ...] | dict[str, "Value"] | None
 """What a name stands for: a text, values in order or by name; None if that is not known."""
@@ -364,7 +364,7 @@ class Steps:
         function = self._functions.get(call.action) if receiver in ("", "self") else None
         if function is not None and call.action not in self._stack and len(self._stack) < _DEPTH:
             self._enter(function, item, args, names, condition)
-        elif condition and self._executes(call, names):
+        elif self._executes(item, names):
             self._add(Item(item.start, item.source, code=LEFT_OUT))
         elif condition:
             self._add(conditional(item.start, item.source, condition))
@@ -379,14 +379,13 @@ class Steps:
             plain = [(name, value) for name, value in args if isinstance(value, str)]
             self._add(replace(item, call=keyworded(call.action, plain)))
 
-    def _executes(self, call: Call, names: Mapping[str, Value]) -> bool:
+    def _executes(self, item: Item, names: Mapping[str, Value]) -> bool:
         """Tell whether a call only has done what was read before: `for s in plan: do(s)`."""
-        turns = len(call.args) == 1 and names.get(call.args[0], "") is None
-        return (
-            turns
-            and call.action.lower() in WRAPPERS
-            and any(i.call or i.code == PROSE for i in self.out)
-        )
+        call = item.call
+        if call is None or call.action.lower() not in WRAPPERS or not call.args:
+            return False
+        turns = all(names.get(arg.lstrip("*"), "") is None for arg in call.args)
+        return turns and any(i.call or i.code == PROSE for i in self.out)
 
     def _object(self, args: list[tuple[str, Value]]) -> bool:
         """Take the entries of an object that is the only argument for the arguments."""

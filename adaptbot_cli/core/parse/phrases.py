@@ -26,6 +26,7 @@ adverb: now again there here back away together well once more please too also u
 tail: until till while so because as since when once before after which who where without except
   ensuring making
 if: if unless whenever whether
+state: is are was were be been see hear notice have has had know contains
 preposition: on onto in into inside to at from off under with using by for beside near over above
   below behind upon atop through along against via toward towards between within out around
 number: one=1 two=2 three=3 four=4 five=5 six=6 seven=7 eight=8 nine=9 ten=10
@@ -37,8 +38,8 @@ _TABLE = {
     name: words.split()
     for name, words in re.findall(r"^(\w+):((?:.|\n )*)", _ENGLISH, re.MULTILINE)
 }
-_DETERMINERS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _PREPOSITIONS = (
-    frozenset(_TABLE[name]) for name in list(_TABLE)[:7]
+_DETERMINERS, _PERSONS, _JOINING, _ADVERBS, _TAIL, _IF, _STATES, _PREPOSITIONS = (
+    frozenset(_TABLE[name]) for name in list(_TABLE)[:8]
 )
 _NUMBERS = dict(word.split("=") for word in _TABLE["number"])
 _PHRASAL = {
@@ -48,17 +49,20 @@ _PHRASAL = {
 _PARTICLES = _ADVERBS | _PREPOSITIONS
 _NEXT = frozenset({";", "then", "finally", "next", "afterwards", "lastly"})
 _ENDS = _NEXT - {"next"} | {",", "&", "and", "×"}
-_NO_VERBS = _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL | PRONOUNS | _PERSONS
+_NO_VERBS = _STATES | _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL | PRONOUNS | _PERSONS
+_ARTICLES = frozenset({"a", "an", "the", "your", "my"})
 _OBJECTS = (_DETERMINERS - {"of"}) | {"it", "them"}
 """What an order is about begins so: "the egg", "them"."""
 _MOST = 50
 _TIMES = "×"
 """How often a step is done: "twice", "3 times"."""
 _TOWARDS = frozenset({"to", "into", "onto"})
+_ASIDE_MARKS = frozenset({"from", "with", "for"})
+"""What says whence, with what or how long; the others say which thing is meant."""
 _TOKEN = re.compile(
     r"[\"“`]([^\"”`\n]+)[\"”`]|(?<!\w)['‘]([^'’\n]+)['’](?!\w)"
     rf"|({TIMES}|{UNCOUNTED})"
-    r"|(->|=>|>>|→|⇒)|(\d+(?:[.,]\d+)?|[^\W\d](?:[\w'’]|-(?!>))*|[,;&])",
+    r"|(->|=>|>>|→|⇒|(?<=\s)/(?=\s))|(\d+(?:[.,]\d+)?|[^\W\d](?:[\w'’]|-(?!>))*|[,;&])",
     re.IGNORECASE,
 )
 ARROW = re.compile(r"->|=>|>>|→|⇒")
@@ -76,7 +80,7 @@ _INVERTED = (
     ),
     (
         re.compile(
-            r"((?:once|when|while|after|before|until|as\s+soon\s+as)\s[^,]{1,60}),\s*(.*)",
+            r"((?:once|when|while|after|before|until|as\s+soon\s+as|if|unless)\s[^,]{1,60}),\s*(.*)",
             re.IGNORECASE,
         ),
         r"\2 \1",
@@ -84,20 +88,33 @@ _INVERTED = (
 )
 """Orders whose object, tool or time comes first, and how they read otherwise."""
 _LABEL = re.compile(
-    r"(?:[\s>*_#`•\-–—→|]|<\w+>)*"
+    r"(?:[\s>*_#`•\-–—→|]|<\w[^<>]*>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
     r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!>|(?<=[a-z]-)\w)[\s*_]*"
-    r"|\(?[a-z][.)]\s|\[[ x]\]\s|[\s>*_#`•])*",
+    r"|\(?[a-z][.)]\s|\[(?:(?:step|action|task)\s*\d*|[ x]|\d{1,3})\]\s|[①-⑳❶-❿Ⅰ-ⅻ]\.?"
+    r"|[\s>*_#`•])*",
     re.IGNORECASE,
 )
 _SUBJECT = re.compile(
     r"(?:(?:i|you|we|the\s+robot|robot|it|he|she|they|the\s+agent|let's|let\s+us)"
-    r"(?:['’](?:ll|m|d))?\s+(?:(?:will|would|should|must|can|shall|need\s+to|have\s+to|has\s+to"
+    r"(?:['’](?:ll|m|d))?\s+(?:(?:will|would|should|must|can|shall|may|might|could|also|need\s+to"
+    r"|have\s+to|has\s+to|want\s+to|start\s+by|begin\s+by|suggest|recommend"
     r"|needs\s+to|am\s+going\s+to|is\s+going\s+to|are\s+going\s+to|now|then|first|next|finally)\s+)*"
-    r"|let's\s+|let\s+us\s+|please\s+|(?:make\s+sure|remember|be\s+sure|try)\s+to\s+)",
+    r"|let's\s+|let\s+(?:us|me)\s+|please\s+|(?:make\s+sure|remember|be\s+sure|try)\s+to\s+"
+    r"|(?:start|begin)(?:\s+(?:off|out))?\s+(?:by|with)\s+|make\s+sure\s+(?:that\s+)?you\s+"
+    r"|(?:do\s+not|don['’]t)\s+forget\s+to\s+|optional(?:ly)?\b[,:]?\s*)",
     re.IGNORECASE,
 )
+_LEADS = (
+    re.compile(
+        r"(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+", re.I
+    ),
+    _SUBJECT,
+)
 _NEGATED = re.compile(r"(?:please\s+)?(?:do\s+not|don['’]t|never|avoid|without)\b", re.IGNORECASE)
+OPTIONAL = re.compile(
+    r"\W*(optional(?:ly)?\b|(?:you|i|we|one)\s+(?:may|might|could)\b)", re.IGNORECASE
+)
 OPEN = re.compile(
     r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*"
     r"|(?:then\s+|and\s+)?(?:(?:(?:do|repeat|perform)\s+)?(?:(?:the\s+)?same\b(?!\s+time)|repeat\b"
@@ -380,19 +397,14 @@ def _stripped(phrase: str) -> str:
     phrase = _TOLD_TIMES.sub(r" \1", phrase[label_end(phrase) :])
     phrase = ASIDE.sub("", re.sub(r"\*\*|__|</\w+>", "", phrase)).rstrip(" .!*_`|")
     while True:
-        lead = re.match(
-            r"(?:(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+)",
-            phrase,
-            re.IGNORECASE,
-        )
-        subject = _SUBJECT.match(phrase)
-        end = max(m.end() if m else 0 for m in (lead, subject))
-        if not end:
-            break
-        phrase = phrase[end:]
-    for inverted, plain in _INVERTED:
-        phrase = inverted.sub(plain, phrase) if inverted.fullmatch(phrase) else phrase
-    return phrase
+        found = [m for m in (lead.match(phrase) for lead in _LEADS) if m]
+        turned = next((form for form in _INVERTED if form[0].fullmatch(phrase)), None)
+        if found:
+            phrase = phrase[max(m.end() for m in found) :]
+        elif turned is not None:
+            phrase = turned[0].sub(turned[1], phrase)
+        else:
+            return phrase
 
 
 def _parts(phrase: str) -> list[str]:
@@ -415,6 +427,8 @@ def _skip(tokens: Sequence[_Token], at: int) -> int:
 def _forms(word: str) -> Iterator[str]:
     """Yield what a word may be a form of: "slicing" and "slices" are slice."""
     yield word
+    if word.endswith(("ies", "ied")):
+        yield f"{word[:-3]}y"
     for ending in ("ing", "es", "s", "ed"):
         if word.endswith(ending) and len(word) > len(ending) + 2:
             stem = word[: -len(ending)]
@@ -531,9 +545,11 @@ class _ClauseReader:
         while self.at < len(self._tokens):
             token = self._tokens[self.at]
             word = token.word if not token.quoted else ""
-            if word in _IF | _TAIL:
+            if word in _IF | _TAIL or (word == "by" and self._word(1).endswith("ing")):
                 self._tail(word)
                 break
+            if word == "or":
+                raise _UnreadError  # which of them?
             if word == _TIMES:
                 self._often = count_of(token.written)
                 self._condition = self._condition or ("" if self._often else token.written)
@@ -569,6 +585,10 @@ class _ClauseReader:
             if self.at == before:
                 self.at += 1
         return [*found, (mark, nps)] if nps or mark else found
+
+    def _word(self, ahead: int) -> str:
+        at = self.at + ahead
+        return self._tokens[at].word if at < len(self._tokens) else ""
 
     def _preposition(self) -> tuple[str, int]:
         words = tuple(token.word for token in self._tokens[self.at : self.at + 4])
@@ -613,13 +633,15 @@ class _ClauseReader:
                 break
             if word == "of" and parts:
                 parts.append(token)
-            elif word in _IF | _TAIL | _ENDS or (self._preposition()[0] and word != "of"):
+            elif word in _IF | _TAIL | _ENDS | {"or"} or (self._preposition()[0] and word != "of"):
                 break
             elif word in _DETERMINERS and parts and parts[-1].word != "of":
                 if all(p.word in _PERSONS for p in parts):
                     parts = []  # "bring me the apple"
                 elif parts[-1].word not in ("all", "both"):
                     break
+            elif word in _ARTICLES and self.at + 1 == len(self._tokens):
+                raise _UnreadError  # it breaks off
             elif word not in _DETERMINERS or self._ends(self.at + 1):
                 parts.append(token)
             self.at += 1
@@ -666,6 +688,8 @@ class _ClauseReader:
             elif objects and verb and (put := self._words.puts(verb, mark)):
                 objects += nps[1:]  # "bring the plate to the table, and the bowl"
                 brought += [keyworded(put, [("", np), ("", nps[0])]) for np in objects]
+            elif objects and mark in _ASIDE_MARKS:
+                self._left_out.append(said)
             elif objects:
                 objects[-1] += f" {said}"  # "the pan on the stove" is one thing
             else:

@@ -53,12 +53,13 @@ _NAMED = (
 _NAMED_WITH_ARGS = ("name", "tool", "call", "command", "operation", "op", "step")
 _ARGS = (
     "args", "arguments", "parameters", "params", "kwargs", "argument", "input", "inputs",
-    "action_input", "tool_input", "tool_args",
+    "action_input", "tool_input", "tool_args", "arg", "param", "value", "objects", "items",
+    "targets",
 )  # fmt: skip
 _PLANS = {
     "plan", "steps", "actions", "action_sequence", "actionsequence", "sequence", "calls",
     "commands", "do", "body", "then", "substeps", "tool_calls", "toolcalls", "function_calls",
-    "task_plan", "plan_steps",
+    "task_plan", "plan_steps", "tasks",
 }  # fmt: skip
 _TEXTS = {"content", "text", "answer", "output", "response", "result"}
 _LEADING = (*_NAMED, "tool", "command")
@@ -237,6 +238,8 @@ class Structures:
             yield from found
             if not found and planned and self._words.ordered(item.text):
                 yield Item(item.start, item.text, code=PROSE)
+            elif not found and planned and (said := item.get(*_TEXTS)):
+                yield Item(said.start, said.text, code=LEFT_OUT)
             elif not found and planned and (item.kind != "list" or item.items):
                 yield self._unread(item, "this is not a step")
 
@@ -365,7 +368,9 @@ class Structures:
     def tag(self, start: int, end: int) -> tuple[Item, int] | None:
         """Read the tool call whose tag opens in a line; returns it and where it ends."""
         text = self._text
-        opened = _OPEN.search(text, start, end)
+        opened = _OPEN.search(text, start, end) or next(
+            (tag for tag in _ANY_TAG.finditer(text, start, end) if self._words.knows(tag[1])), None
+        )
         if opened is None or "(" in text[start : opened.start()]:
             return None
         attributes = dict(_ATTRIBUTE.findall(opened[3] or ""))
@@ -380,7 +385,8 @@ class Structures:
             for n in _TAGGED
             if n in values
         ]
-        names = [opened[2] or "", *found, said[1] if said else ""]
+        own = opened[1] if opened.re is _ANY_TAG else ""
+        names = [own, opened[2] or "", *found, said[1] if said else ""]
         name = next((n.strip().rpartition(".")[2] for n in names if n), "")
         if not name.isidentifier():
             return None
@@ -392,7 +398,7 @@ class Structures:
             (k, v) for k, v in (*attributes.items(), *leaves) if k not in {*_TAGGED, *_REMARKS}
         ]
         args = [arg for key, value in given for arg in _args(key, html.unescape(value).strip())]
-        if found and not leaves and "<" not in body:
+        if (found or opened[2]) and not leaves and "<" not in body:
             args += _args("input", html.unescape(body).strip()) if body.strip() else []
         return Item(opened.start(), source[:_LONGEST], keyworded(name, kept(args))), after
 
@@ -515,13 +521,20 @@ class Structures:
     def script(self, start: int, content: int, end: int, fenced: bool) -> list[Item]:
         """Read a line of a program for a simulator or planner: `[WALK] <sink> (1)`, `(cut egg)`."""
         line = self._text[content:end]
-        match = _BRACKETS.match(self._text, start, end)
-        if match and (match[2].strip() or self._is_action(match[1]) or self._scripted):
+        found: list[Item] = []
+        at = start
+        while match := _BRACKETS.match(self._text, at, end):
+            if not (match[2].strip() or self._is_action(match[1]) or self._scripted):
+                break
             self._scripted = self._scripted or bool(match[2].strip())
             args = tuple(name.strip() for name in re.findall(r"<([^<>]*)>", match[2]))
             name = self._words.proper(match[1].strip().lower().replace(" ", "_"))
             call = keyworded(name, [("", arg) for arg in args])
-            return [Item(match.start(1) - 1, match[0].strip(), call)] * count_of(match[3] or "1")
+            one = Item(match.start(1) - 1, match[0].strip(" \t|"), call)
+            found += [one] * count_of(match[3] or "1")
+            at = match.end()
+        if found and not self._text[at:end].strip():
+            return found
         whole = _PDDL.fullmatch(line)
         if whole is None:
             return list(self._grouped(content, end)) if line.lstrip().startswith("(") else []
@@ -554,12 +567,14 @@ _IN_ORDER = re.compile(
 )
 """What may stand around steps that come one after the other."""
 
-_TAGGED = ("action", "name", "tool_name", "function_name", "function", "tool")
+_TAGGED = ("action", "name", "tool_name", "function_name", "function", "tool", "ID")
 _OPEN = re.compile(
     r"<(invoke|function_call|function|tool_call|tool_use|tool|call|action|step)\b"
     r"(?:=([\w.]+)|([^<>]*?))\s*(/?)>",
     re.IGNORECASE,
 )
+_ANY_TAG = re.compile(r"<([^\W\d]\w*)(?:=([\w.]+)|(\s[^<>]*?))\s*(/)>")
+"""A tag that may be an action itself, as in a behaviour tree."""
 _LEAF = re.compile(
     r"<(\w+)(?:=(\w+)|[^<>]*?\bname\s*=\s*[\"'](\w+)[\"'][^<>]*|[^<>]*)>([^<]*)</\1\s*>"
 )
@@ -577,7 +592,7 @@ _ROW = re.compile(r"[ \t]+\|")
 _BRACKETS = re.compile(
     r"[\s>]*(?:(?:[-*•]|\d+[.)]|<char\d+>)\s+)*\[([A-Za-z][\w ]*)\]"
     r"((?:\s*<[^<>\n]{1,80}>\s*(?:\([^()\n]*\))?)*)"
-    rf"[\s,;.]*(?:\[[\d.]+\])?\s*(?:\(?({TIMES})\)?)?\s*\Z"
+    rf"[\s,;.]*(?:\[[\d.]+\])?\s*(?:\(?({TIMES})\)?)?\s*(?:\||\Z)"
 )
 _ATOM = re.compile(r"\(\s*([A-Za-z][\w-]*)((?:\s+[\w.?-]+)*)\s*\)")
 _PDDL = re.compile(

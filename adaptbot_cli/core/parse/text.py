@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import takewhile
 
 from adaptbot_cli.core.english import PRONOUNS, REPETITIONS, count_of
 from adaptbot_cli.core.parse.calls import LEFT_OUT, SHOWN, Item, conditional, shown
@@ -14,6 +15,7 @@ from adaptbot_cli.core.parse.phrases import (
     ASIDE,
     CLOSED,
     OPEN,
+    OPTIONAL,
     Vocabulary,
     is_negated,
     label_end,
@@ -42,7 +44,7 @@ _MARK = re.compile(
     rf"|(?P<string>[(,\[:=][^\S\n]*\"[^\"\\\n]*+(?:\\.[^\"\\\n]*+)*\")"
     rf"|(?P<open><\|?(?:begin_of_)?{_TAG}\|?>|\[{_TAG}\]|◁{_TAG}▷"
     r"|<\|channel\|>(?!final)\w+(?:<\|message\|>)?)"
-    rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--)"
+    rf"|(?P<close></{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷)|(?P<comment><!--|/\*)"
     r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
     r"|(?P<frame><\|(?:start|channel|message|end|python_tag|tool_calls?)\|>(?:assistant|final)?)"
@@ -54,14 +56,14 @@ _ENDS = {
         rf"</{_TAG}>|<\|?(?:/|end_of_){_TAG}\|?>|\[/{_TAG}\]|◁/{_TAG}▷|<\|(?:end|channel|start)\|>",
         re.IGNORECASE,
     ),
-    "comment": re.compile("-->"),
+    "comment": re.compile(r"-->|\*/"),
     "fence": re.compile(r"^(?:[^\S\n]|>)*(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
 }
 _LETTER = re.compile(r"[^\n]")
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
 _BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
 """A row of a plan without marks: a few words, no sentence."""
-_SENTENCE = re.compile(r"(?<=[.!])\s+(?=[A-Z\"“`])|(?<=;)\s+")
+_SENTENCE = re.compile(r"(?<=[.!])\s+(?=\(?[A-Z\"“`])|(?<=;)\s+|</\w+>\s*(?=<)")
 _NO_STEPS = re.compile(
     r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*"
     r"|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
@@ -233,6 +235,7 @@ class _Settling:
                 message = f"{shown(sentence)} is not to be done, so it is no step."
                 yield Item(start + at, sentence, code="P106", message=message)
                 continue
+            optional = OPTIONAL.match(sentence)
             known = self.words.begins(sentence)
             fits = known or (marked and number == 0) or self.words.shaped(sentence)
             clauses = self.words.read(sentence, unknown, self.objects) if known or fits else []
@@ -240,8 +243,9 @@ class _Settling:
                 yield self._unread(start + at, sentence, known)
             for clause in clauses if known or unknown else ():
                 where = start + at
-                if condition or clause.condition:
-                    yield conditional(where, sentence, condition or clause.condition)
+                ruled = condition or clause.condition or (optional[1] if optional else "")
+                if ruled:
+                    yield conditional(where, sentence, ruled)
                     continue
                 self._remember(clause.objects)
                 for call in clause.calls:
@@ -251,6 +255,10 @@ class _Settling:
                 if left_out:
                     message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
                     yield Item(where, sentence, code=LEFT_OUT, message=message)
+
+    def _said(self, source: str) -> list[Call]:
+        clauses = self.words.read(source, False, self.objects)
+        return [call for clause in clauses for call in clause.calls]
 
     def ordered(self, item: Prose) -> bool:
         """Tell whether a line that is left out has an order in it, which then is told of."""
@@ -322,8 +330,9 @@ class _Phrased(_Settling):
             for _, s in _sentences(i.source)
         ]
         begun = sum(words.begins(sentence) for sentence in said)
-        shaped = all(words.begins(s) or words.shaped(s) for s in said)
-        self._prose = not self._plans and (2 * begun >= len(said) or shaped)
+        shaped = sum(words.begins(s) or words.shaped(s) for s in said)
+        most = 2 * begun >= len(said) or (begun and 2 * shaped >= len(said))
+        self._prose = not self._plans and bool(most or shaped == len(said))
 
     def _listed(self, item: Prose) -> bool:
         """Tell whether a line is an item of a list: marked, in a code block, or of few words."""
@@ -360,7 +369,12 @@ class _Phrased(_Settling):
     def line(self, n: int, item: Prose) -> Iterator[Item]:
         inline = _INLINE.findall(item.source)
         steps = self._group(item) in self._plans and self._listed(item)
-        if not self.words.names or n in self._aside or (self._heads(n, item) and len(inline) < 2):
+        if not self.words.names or n in self._aside:
+            return
+        if self._heads(n, item) and len(inline) < 2:
+            # What it stands for is below; what is done besides is told of.
+            if item.marked and self._done_besides(n, item):
+                yield Item(item.start, item.source, code=LEFT_OUT)
             return
         begins = any(self.words.begins(s) for _, s in _sentences(item.source))
         steps = steps or (len(inline) > 1 and begins)
@@ -372,6 +386,15 @@ class _Phrased(_Settling):
             yield from self.steps(item.start, item.source, False, item.message)
         elif self._plans and self.ordered(item):
             yield Item(item.start, item.source, code=LEFT_OUT)
+
+    def _done_besides(self, n: int, item: Prose) -> bool:
+        """Tell whether a head says an action of the domain that no item below it does."""
+        below = takewhile(
+            lambda i: isinstance(i, Prose) and i.indent > item.indent, self._items[n + 1 :]
+        )
+        done = {self.words.meaning(call.action) for i in below for call in self._said(i.source)}
+        said = [c for c in self._said(item.source) if c.args and self.words.knows(c.action)]
+        return bool(said) and done.isdisjoint(self.words.meaning(call.action) for call in said)
 
 
 class _Mixed(_Settling):
@@ -441,10 +464,6 @@ class _Mixed(_Settling):
         deeper = where.indent > item.indent
         return deeper or (not where.marked and not isinstance(self._items[n + 1], Prose))
 
-    def _said(self, item: Prose) -> list[Call]:
-        clauses = self.words.read(item.source, False, self.objects)
-        return [call for clause in clauses for call in clause.calls]
-
     def _describes(self, item: Prose, near: Sequence[Call]) -> bool:
         """Tell whether a line only says in words what a call beside it does."""
         meaning = self.words.meaning
@@ -452,7 +471,7 @@ class _Mixed(_Settling):
             meaning(call.action) == meaning(beside.action)
             and (not call.args or _name(call.args[0]) in map(_name, beside.args))
             for beside in near
-            for call in self._said(item)
+            for call in self._said(item.source)
         )
 
     def _outlined(self, item: Prose) -> Iterator[Item]:
@@ -460,7 +479,7 @@ class _Mixed(_Settling):
 
         It blocks unless the calls are the fuller account, of all the things that it names.
         """
-        said = self._said(item)
+        said = self._said(item.source)
         if said and all(self.words.meaning(call.action) in self._done for call in said):
             return
         named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
