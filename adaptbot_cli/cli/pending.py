@@ -15,6 +15,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
+from adaptbot_cli.cli.kg.sharing import plain_question, tell_conflicts
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.pending import Pending, Sitting
@@ -37,15 +38,21 @@ def pending(
         return
     from adaptbot_cli.adapters.pending import listing
     from adaptbot_cli.session.pending import find_open
+    from adaptbot_cli.session.syncing import disputes
 
     home = workspace(workspace_dir)
     found = find_open(home, domain_name(domain, home))
+    remote, conflicts = disputes(home, domain_name(domain, home))
     if json:
-        print_json({"domain": found.kg.domain.name, "questions": _questions(found.pending)})
+        told = {"domain": found.kg.domain.name, "questions": _questions(found.pending)}
+        plain = [plain_question(question) for question in conflicts]
+        print_json(told | ({"remote": remote, "conflicts": plain} if conflicts else {}))
         return
     out = console()
     if found.pending:
         out.print(listing(found.pending))
+    if conflicts:
+        tell_conflicts(conflicts, f"adaptbot kg sync {remote}")
     _tell(found)
 
 

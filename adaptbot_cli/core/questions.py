@@ -10,6 +10,7 @@ QuestionKind = Literal[
     "attribute",
     "value",
     "contradiction",
+    "conflict",
     "mend",
     "action",
     "reading",

@@ -49,6 +49,11 @@ _SHA: Final = re.compile(r"[0-9a-f]{40}")
 _ODD: Final = re.compile(r"^/|//|\.\.|[:@?*\[\\]|[\x00-\x20\x7f]")
 """What no revision's name has: it would mean something else than a commit."""
 _NONE: Final[Mapping[str, bytes]] = MappingProxyType({})
+_BARRED: Final = re.compile(
+    r"[\\/:\x00-\x1f\x7f\ud800-\udfff]|^(\.|\.\.|\.git|git~\d+)$|[. ]$", re.IGNORECASE
+)
+"""Names that a stranger's tree may not bring: some file system takes them for something else."""
+_MOST_FILES, _DEEPEST = 20_000, 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +191,27 @@ class Repo:
                     raise KnowledgeError(f"{path} is missing. {self._last_known(name)}") from None
                 return None
 
+    @property
+    def libgit2(self) -> "pygit2.Repository":
+        """The repository as libgit2 has it."""
+        return self._repo
+
+    @property
+    def top(self) -> Path:
+        """The folder whose repository it is: the workspace, or one above it."""
+        return self._top
+
+    @property
+    def branch(self) -> str:
+        """The name of the branch that is checked out, such as refs/heads/main."""
+        return self._branch()[0]
+
+    def reference(self, name: str) -> str | None:
+        """Return the commit that a reference names, None if there is none."""
+        with _telling(self._top):
+            found = self._repo.references.get(name)
+            return str(found.target) if found is not None else None
+
     def _branch(self) -> tuple[str, Path]:
         """The reference that a commit moves (HEAD itself if detached) and the file it is in."""
         path = self._gitdir / "HEAD"
@@ -284,10 +310,13 @@ class Repo:
                 return None
             return entry if isinstance(entry, _pygit2().Blob) else None
 
-    def log(self, paths: Sequence[str] = (), since: str | None = None) -> Iterator[Commit]:
+    def log(
+        self, paths: Sequence[str] = (), since: str | None = None, head: str | None = None
+    ) -> Iterator[Commit]:
         """Give the commits that changed these files or folders (all, if none), newest first;
-        with `since` those that it does not lead back to."""
-        head = self.head()
+        with `since` those that it does not lead back to; from `head` on, not what is checked out.
+        """
+        head = head or self.head()
         if head is None:
             return
         sort = _pygit2().enums.SortMode
@@ -317,6 +346,58 @@ class Repo:
         """Tell whether a commit is an ancestor of another, or that one itself."""
         with _telling(self._top):
             return sha == head or (sha in self._repo and self._repo.descendant_of(head, sha))
+
+    def bases(self, one: str, other: str) -> list[str]:
+        """Return the best common ancestors of two commits; none if they have none."""
+        for sha, later in ((one, other), (other, one)):
+            if self.leads_to(sha, later):
+                return [sha]
+        with _telling(self._top):
+            walk = self._repo.walk(one)
+            walk.hide(other)
+            own = {str(commit.id): self._parents(commit) for commit in walk}
+        edge = {str(sha) for parents in own.values() for sha in parents} - own.keys()
+        return sorted(a for a in edge if not any(a != b and self.leads_to(a, b) for b in edge))
+
+    def plain_files(self, rev: str) -> dict[str, str]:
+        """Return the shas of the blobs of every file of a commit, by path.
+
+        Raises:
+            KnowledgeError: it holds a link, a submodule, a name that is none here, or too much.
+        """
+        blob, tree = _pygit2().Blob, _pygit2().Tree
+        found: dict[str, str] = {}
+        open_ = [("", self._commit_at(rev).tree)]
+        with _telling(self._top):
+            while open_:
+                folder, here = open_.pop()
+                for entry in here:
+                    path = f"{folder}{entry.name}"
+                    link = entry.filemode == _pygit2().enums.FileMode.LINK
+                    if _BARRED.search(entry.name) or path.count("/") > _DEEPEST:
+                        told = "has a name that no file of a workspace has"
+                    elif isinstance(entry, tree):
+                        open_.append((f"{path}/", entry))
+                        continue
+                    elif link or not isinstance(entry, blob):
+                        told = f"is a {'symbolic link' if link else 'submodule'}"
+                    elif len(found) == _MOST_FILES:
+                        told = f"comes after {_MOST_FILES:,} files"
+                    else:
+                        found[path] = str(entry.id)
+                        continue
+                    raise KnowledgeError(f"{rev[:7]}: {path!r} {told}; it is not taken.")
+        return found
+
+    def merged(self, before: str | None, ours: str | None, theirs: str | None) -> bytes | None:
+        """Merge three versions of a file by lines, as git does; None where both sides have changed
+        the same ones."""
+        entry, mode = _pygit2().IndexEntry, _pygit2().enums.FileMode.BLOB
+        sides = (before, ours, theirs)
+        a, b, c = (entry("file", _pygit2().Oid(hex=sha), mode) if sha else None for sha in sides)
+        with _telling(self._top):
+            result = self._repo.merge_file_from_index(a, b, c)
+            return result.contents.encode() if result.automergeable else None
 
     @lru_cache(maxsize=64)  # noqa: B019 - a process opens few repositories
     def _ids(self, commit: "pygit2.Oid", *names: str) -> tuple[object, ...]:
@@ -410,12 +491,15 @@ class Repo:
         when: datetime | None = None,
         apart: Mapping[str, bytes] = _NONE,
         staged: Mapping[str, bytes] = _NONE,
+        merging: str | None = None,
     ) -> str:
         """Give files new contents (None: gone) and commit them, and nothing else; return the sha.
 
         `apart` is committed instead of what the disk holds; `staged` is what the index holds where
-        the user has staged something else. Without a difference to HEAD no commit is made and
-        HEAD's sha returned. The caller is in `writing`. `when` is now if None.
+        the user has staged something else. `merging` is the commit of a repository elsewhere that
+        becomes a parent, or is itself the result where it follows HEAD. Without it and without a
+        difference to HEAD no commit is made and HEAD's sha returned. The caller is in `writing`.
+        `when` is now if None.
 
         Raises:
             KnowledgeError: it cannot be made; nothing has changed then.
@@ -437,12 +521,14 @@ class Repo:
             self._refuse_conflicts(contents)
             new_tree = self._tree(tree, kept)
             sha = head
-            if tree is None or new_tree != tree.id:
+            if merging is not None and (head is None or self.leads_to(head, merging)):
+                sha = merging
+            elif tree is None or new_tree != tree.id or merging is not None:
                 made = self._author("AUTHOR", when), self._author("COMMITTER", when)
                 text = message.replace("\0", "").strip("\n") + "\n"
                 sha = str(self._repo.create_commit(
                     None, *made, text.encode("utf-8", "replace").decode(), new_tree,
-                    [pygit2.Oid(hex=head)] if head else [],
+                    [pygit2.Oid(hex=sha) for sha in (head, merging) if sha],
                 ))  # fmt: skip
             elif disk == dict(contents):
                 return str(head)
@@ -590,8 +676,11 @@ class Repo:
             return None
         contents = {p: None if b is None else self.blob(b) for p, b in intent.new.items()}
         message = str(self._commit_at(intent.commit).message)
-        when = self.commit_of(intent.commit).when
-        return contents, message, when, {p: self.blob(b) for p, b in made.items()}
+        commit = self.commit_of(intent.commit)
+        apart = {p: self.blob(b) for p, b in made.items()}
+        follows = intent.parent in (None, *commit.parents)
+        merging = next((sha for sha in commit.parents if sha != intent.parent), None)
+        return contents, message, commit.when, apart, _NONE, merging if follows else commit.sha
 
     def _write_index(
         self, lock: Path, staged: Mapping[str, str | None], commit: str | None
@@ -628,7 +717,7 @@ class Repo:
                         f"{side.path} is in the middle of a merge; resolve it with git first."
                     )
 
-    def _setting(self, name: str, default: str = "") -> str:
+    def setting(self, name: str, default: str = "") -> str:
         """Look up a setting of git's configuration."""
         named = os.environ.get("GIT_CONFIG_GLOBAL", "")
         with _telling(self._top):
@@ -638,7 +727,7 @@ class Repo:
 
     def _refuse_signing(self) -> None:
         with _telling(self._top):
-            if self._setting("commit.gpgsign").lower() in ("true", "yes", "on", "1"):
+            if self.setting("commit.gpgsign").lower() in ("true", "yes", "on", "1"):
                 raise KnowledgeError(
                     "git is configured to sign every commit (commit.gpgsign), and adaptbot cannot "
                     f"sign: `git -C {self.root} config commit.gpgsign false` lets it commit here."
@@ -650,7 +739,7 @@ class Repo:
         def setting(what: str, default: str) -> str:
             told = os.environ.get(f"GIT_{kind}_{what}", "")
             for section in (kind.lower(), "user"):
-                told = told or self._setting(f"{section}.{what.lower()}")
+                told = told or self.setting(f"{section}.{what.lower()}")
             return re.sub(r"[<>\x00-\x1f]", "", told).strip() or default
 
         name, email = setting("NAME", "adaptbot"), setting("EMAIL", "adaptbot@localhost")
@@ -659,7 +748,7 @@ class Repo:
         return _pygit2().Signature(name, email, int(when.timestamp()), offset, "utf-8")
 
     def _log(self, ref: str, intent: Intent) -> None:
-        if self._setting("core.logallrefupdates").lower() in ("false", "no", "off", "0"):
+        if self.setting("core.logallrefupdates").lower() in ("false", "no", "off", "0"):
             return
         commit = self._commit_at(intent.commit)
         who = commit.committer
@@ -747,7 +836,7 @@ class Repo:
     @contextmanager
     def _shared(self) -> Iterator[None]:
         """Let others write what is written here, if the repository is shared by a group."""
-        told = self._setting("core.sharedrepository").lower()
+        told = self.setting("core.sharedrepository").lower()
         free = {"group": 0o070, "true": 0o070, "1": 0o070, "all": 0o077, "world": 0o077,
                 "everybody": 0o077, "2": 0o077}.get(told, 0)  # fmt: skip
         if re.fullmatch(r"0[0-7]{3}", told):

@@ -248,7 +248,7 @@ class Keeper:
             return {}, {}
         head = repo.head()
         committed = _held_at(repo, self.domain, head)
-        if committed is not None and _faults_of(held, committed):
+        if committed is not None and faults_of(held, committed):
             try:
                 after = committed.after(change)
                 if not committed.new_faults(change, after):
@@ -289,7 +289,7 @@ def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
     return {name: repo.blob(sha) for name, sha in blobs.items() if name.endswith(".ttl")}
 
 
-def _faults_of(now: Held, before: Held | None) -> list[str]:
+def faults_of(now: Held, before: Held | None) -> list[str]:
     """What is wrong with a domain's files that was not yet wrong before."""
     found = [*map(str, faults(now.kg)), *_misplaced(now)]
     old = set() if before is None else {*map(str, faults(before.kg)), *_misplaced(before)}
@@ -310,7 +310,7 @@ def edit_faults(repo: Repo, domain: str) -> list[str]:
     where = f"kg/{domain}"
     now = Held.of(read_files(repo.root / where, repo.root), where)
     head = repo.head()
-    return _faults_of(now, _held_at(repo, domain, head)) if head else []
+    return faults_of(now, _held_at(repo, domain, head)) if head else []
 
 
 def commit_hand_edits(

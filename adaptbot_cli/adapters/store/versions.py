@@ -294,6 +294,17 @@ class Versions:
             left.difference_update(one.added)
         return found | {wanted[line]: Origin("start") for line in left}
 
+    def changed(self, facts: Iterable[Triple], head: str, since: str) -> Origin:
+        """Return who last changed any of these facts, of the commits that lead to `head` and not
+        to `since`; an origin of no source if none of them did."""
+        wanted = {_line_of(triple): triple for triple in facts}
+        for commit in self.repo.log([self.folder], since, head):
+            one = self.taught_by(commit)
+            for sign, lines in (("+", one.added), ("-", one.removed)):
+                for line in sorted(wanted.keys() & set(lines)):
+                    return self._origin(one, sign, wanted[line], frozenset())
+        return Origin("")
+
     def history(
         self, subject: Node, predicate: Node, pack: frozenset[Triple]
     ) -> Iterator[Turnover]:

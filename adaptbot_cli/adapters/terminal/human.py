@@ -48,6 +48,8 @@ _KEYS = {
     LATER.value: "l",
     NEW: "n",
     OLD: "o",
+    "ours": "o",
+    "theirs": "t",
     EDIT: "e",
     FIXED: "f",
     "takes": "t",

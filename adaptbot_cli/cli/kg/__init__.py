@@ -2,10 +2,10 @@
 
 import typer
 
-from adaptbot_cli.cli.kg import changing, graphs, history, show, state
+from adaptbot_cli.cli.kg import changing, graphs, history, sharing, show, state
 
 app = typer.Typer(help="The knowledge graph of this home.", no_args_is_help=True)
-_LOOK, _VERSIONS, _CHANGE = "Look", "Versions", "Change"
+_LOOK, _VERSIONS, _CHANGE, _SHARE = "Look", "Versions", "Change", "Share"
 
 app.command(rich_help_panel=_LOOK)(show.show)
 app.command(rich_help_panel=_LOOK)(show.stats)
@@ -21,3 +21,4 @@ app.command(rich_help_panel=_CHANGE)(changing.add)
 app.command(rich_help_panel=_CHANGE)(changing.retract)
 app.command(rich_help_panel=_CHANGE)(changing.revert)
 app.command("import", rich_help_panel=_CHANGE)(graphs.import_)
+app.command(rich_help_panel=_SHARE)(sharing.sync)

@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import pygit2
 import pytest
 from rdflib import Literal
 
@@ -14,8 +15,9 @@ from adaptbot_cli import session
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
+from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.session import changing, querying, starting, teaching
+from adaptbot_cli.session import changing, querying, starting, syncing, teaching
 from adaptbot_cli.session.knowing import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
@@ -76,10 +78,14 @@ def new(root: Path) -> None:
     starting.start(Workspace(root), "garden")
 
 
+def share(root: Path) -> None:
+    syncing.sync(Workspace(root), str(root.parent / "hub.git"), AbsentHuman())
+
+
 VERBS: list[tuple[Callable[[Path], None], bool]] = [
     (run, False), (run, True), (apply, False), (add, False), (retract, False), (revert, False),
-    (take_in, False), (update, False), (commit, True), (new, False),
-]  # fmt: skip
+    (take_in, False), (update, False), (commit, True), (new, False),]  # fmt: skip
+LONG = [(share, False), (share, True)]
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +96,10 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (top / "answers.yaml").write_text(LEEK)
     (top / "given.ttl").write_text(GIVEN)
     keeper(top / "home").keep(item("okra", "fridge"))
+    # What another home has shared.
+    pygit2.init_repository(str(top / "hub.git"), bare=True, initial_head="main")
+    keeper(top / "other").keep(item("turnip", "fridge"))
+    syncing.sync(Workspace(top / "other"), str(top / "hub.git"), AbsentHuman())
     for number in range(256):  # git makes each on its first use: then no two commits step alike
         (top / f"home/.git/objects/{number:02x}").mkdir(exist_ok=True)
     return top
@@ -156,12 +166,12 @@ def killed(
         )
 
 
-EACH_VERB = pytest.mark.parametrize(
-    ("verb", "edited"), VERBS, ids=[f"{v.__name__}{' over edits' * e}" for v, e in VERBS]
-)
+def each(verbs: list[tuple[Callable[[Path], None], bool]]) -> pytest.MarkDecorator:
+    names = [f"{verb.__name__}{' over edits' * edited}" for verb, edited in verbs]
+    return pytest.mark.parametrize(("verb", "edited"), verbs, ids=names)
 
 
-@EACH_VERB
+@each(VERBS)
 def test_a_kill_where_something_begins_to_hold_leaves_the_old_or_the_new(
     first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool
 ) -> None:
@@ -169,7 +179,7 @@ def test_a_kill_where_something_begins_to_hold_leaves_the_old_or_the_new(
 
 
 @pytest.mark.slow
-@EACH_VERB
+@each([*VERBS, *LONG])
 def test_a_kill_at_any_step_leaves_the_old_or_the_new(
     first: Path, tmp_path: Path, verb: Callable[[Path], None], edited: bool
 ) -> None:

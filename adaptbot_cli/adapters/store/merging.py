@@ -1,0 +1,243 @@
+"""Merges a commit from elsewhere into a workspace: facts by facts, all other files by lines.
+
+What comes in is a stranger's: plain files only, and each domain as sound afterwards as what a
+person teaches here.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+from pathlib import PurePosixPath
+
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.keeper import Held, faults_of
+from adaptbot_cli.adapters.store.reading import FACT_FILES
+from adaptbot_cli.adapters.store.versions import Versions, facts_of, read
+from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.merging import Conflict, Facts, Key, Merge, Side, conflicts, of_faults
+from adaptbot_cli.core.provenance import Origin
+from adaptbot_cli.errors import KnowledgeError
+
+Files = Mapping[str, bytes]
+Tree = Mapping[str, str]
+"""The blobs of a commit's files, by path."""
+OF_FACTS = (*FACT_FILES, "actions.ttl")
+"""The files in which single facts stand."""
+
+_MOST = 3
+"""How many faults are told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dispute:
+    """A conflict in a domain, with who gave each side's answer; `held` knows both sides' names."""
+
+    domain: str
+    conflict: Conflict
+    held: Held
+    ours: Origin
+    theirs: Origin
+
+
+Settle = Callable[[Dispute], Side | None]
+
+
+@dataclass(slots=True)
+class Merger:
+    """Merges the commit `theirs` of a repository that is called `name` into `ours`.
+
+    `settle` is asked which side of a conflict stands, and says None where that is to stay open.
+    `open` are those, `notes` sentences about what was not taken.
+    """
+
+    repo: Repo
+    name: str
+    ours: str | None
+    theirs: str
+    settle: Settle
+    open: list[Dispute] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    _at: dict[str | None, dict[str, str]] = field(default_factory=dict)
+    _one_base: bool = False
+
+    def contents(self) -> dict[str, bytes | None]:
+        """Return the files that differ from ours in the merge; None for one that is gone.
+
+        Raises:
+            KnowledgeError: what is there is none that can be taken; nothing is to be changed then.
+        """
+        ours, theirs = self._tree(self.ours), self._tree(self.theirs)
+        bases = self.repo.bases(self.ours, self.theirs) if self.ours else []
+        # With several, files that are no facts are merged from the first of them.
+        base = self._tree(bases[0]) if bases else {}
+        self._one_base = len(bases) == 1
+        found: dict[str, bytes | None] = {}
+        domains = {_domain(p) for p in (*ours, *theirs) if ours.get(p) != theirs.get(p)} - {""}
+        for domain in sorted(domains):
+            merged = self._merged_domain(domain, base, ours, theirs)
+            found |= {f"kg/{domain}/{name}": data for name, data in merged.items()}
+        for path in sorted({*ours, *theirs} - found.keys()):
+            if not _domain(path):
+                found[path] = self._by_lines(path, base, ours, theirs)
+        return {p: d for p, d in found.items() if d != self._read(ours.get(p))}
+
+    def _merged_domain(
+        self, domain: str, base: Tree, ours: Tree, theirs: Tree
+    ) -> dict[str, bytes | None]:
+        mine, other = (self._files(domain, side) for side in (ours, theirs))
+        where = f"kg/{domain}"
+        if not mine or not other:
+            if other and not any(path.startswith(f"{where}/") for path in base):
+                self._refuse(faults_of(Held.of(other, f"{self.name}: {where}"), None))
+                return dict(other)
+            return dict(mine)
+        held = Held.of(mine, where)
+        self._refuse(faults_of(Held.of(other, f"{self.name}: {where}"), held))
+        for side, its in ((ours, other), (theirs, mine)):  # who has changed nothing has no say
+            if self._one_base and self._files(domain, side) == self._files(domain, base):
+                return {**dict.fromkeys(mine), **its}
+        texts = {
+            name: self._text(f"{where}/{name}", base, ours, theirs)
+            for name in sorted({*mine, *other} - FACT_FILES.keys())
+        }
+        start = {**mine, **{n: d for n, d in texts.items() if d is not None}}
+        start = {n: d for n, d in start.items() if n not in texts or texts[n] is not None}
+        merge = Merge(self._base(domain, self.ours, self.theirs), _facts(mine), _facts(other))
+        return {**dict.fromkeys(mine), **self._settled(domain, Held.of(start, where), held, merge)}
+
+    def _settled(self, domain: str, start: Held, ours: Held, merge: Merge) -> dict[str, bytes]:
+        """The files of a domain with the merged facts, once every conflict is settled."""
+        facts, asked = merge.facts, dict[Key, Side | None]()
+        new: Sequence[Conflict] = conflicts(merge, start.kg.domain)
+        while new:
+            for conflict in new:
+                if conflict.key in asked:
+                    name = ours.kg.name(conflict.about)
+                    self._refuse([f"what was chosen of {name} cannot stand beside the rest"])
+                dispute = self._dispute(domain, conflict, ours)
+                side = asked[conflict.key] = self.settle(dispute)
+                if side is None:
+                    self.open.append(dispute)
+                facts = conflict.settled(facts, side or "ours")
+            if self.open:
+                return {}
+            new = self._behind_faults(start, merge, facts)
+        return self._written(start, ours, merge, facts)
+
+    def _behind_faults(self, start: Held, merge: Merge, facts: Facts) -> Sequence[Conflict]:
+        delta = _delta(start, facts)
+        return of_faults(start.new_faults(delta, start.after(delta)) if delta else (), merge)
+
+    def _written(self, start: Held, ours: Held, merge: Merge, facts: Facts) -> dict[str, bytes]:
+        delta = _delta(start, facts)
+        files = {**start.files, **start.after(delta)}
+        self._refuse(faults_of(Held.of(files, ours.where), ours))
+        return files
+
+    def _dispute(self, domain: str, conflict: Conflict, ours: Held) -> Dispute:
+        versions = Versions(domain, self.repo)
+        about = (conflict.ours | conflict.theirs) - (conflict.ours & conflict.theirs)
+        sides = ((self.ours, self.theirs), (self.theirs, self.ours))
+        origins = [versions.changed(about, head, since) for head, since in sides if head and since]
+        return Dispute(domain, conflict, ours, *origins)
+
+    def _text(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
+        """A file of the pack in the merge, but for its single facts; None if it is gone."""
+        sides = [self._read(side.get(path)) for side in (base, ours, theirs)]
+        name = path.rpartition("/")[2]
+        before, mine, other = (
+            read(data, name, path).entries if data is not None else None for data in sides
+        )
+        if other in (before, mine):
+            return sides[1]
+        if mine == before:
+            return sides[2]
+        merged = self.repo.merged(*(side.get(path) for side in (base, ours, theirs)))
+        if merged is None:
+            raise KnowledgeError(
+                f"{path} was changed here and at {self.name} in the same lines; merge that file "
+                f"with git: `git -C {self.repo.root} merge {self.theirs[:10]}`."
+            )
+        return merged
+
+    def _by_lines(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
+        """A file that is no domain's, as git would merge it; ours where it could not."""
+        before, mine, other = (side.get(path) for side in (base, ours, theirs))
+        if other in (before, mine):
+            return self._read(mine)
+        if mine == before:
+            return self._read(other)
+        merged = self.repo.merged(before, mine, other) if mine and other else None
+        if merged is None:
+            self.notes.append(f"{path} differs at {self.name} and stays as it is here")
+            return self._read(mine)
+        return merged
+
+    def _base(self, domain: str, one: str | None, other: str) -> Facts:
+        """What two commits have in common of a domain's facts: those of the last common commit, of
+        several such merged; without one what both began with."""
+        bases = self.repo.bases(one, other) if one else []
+        if bases:
+            whole = reduce(lambda a, b: self._joined(domain, a, b), map(_Point, bases))
+            return whole.facts if whole.facts is not None else self._facts_at(domain, bases[0])
+        first = (self._first(domain, head) for head in (one, other) if head)
+        return frozenset.intersection(*first)
+
+    def _first(self, domain: str, head: str) -> Facts:
+        commits = [commit.sha for commit in self.repo.log([f"kg/{domain}"], head=head)]
+        return self._facts_at(domain, commits[-1])
+
+    def _joined(self, domain: str, one: "_Point", other: "_Point") -> "_Point":
+        mine, theirs = (
+            self._facts_at(domain, p.sha) if p.facts is None else p.facts for p in (one, other)
+        )
+        merge = Merge(self._base(domain, one.sha, other.sha), mine, theirs)
+        return _Point(other.sha, merge.facts)
+
+    def _facts_at(self, domain: str, sha: str) -> Facts:
+        return _facts(self._files(domain, self._tree(sha)))
+
+    def _tree(self, sha: str | None) -> dict[str, str]:
+        if sha not in self._at:
+            self._at[sha] = self.repo.plain_files(sha) if sha else {}
+        return self._at[sha]
+
+    def _files(self, domain: str, tree: Tree) -> dict[str, bytes]:
+        paths = (path for path in tree if _domain(path) == domain)
+        return {PurePosixPath(path).name: self.repo.blob(tree[path]) for path in paths}
+
+    def _read(self, blob: str | None) -> bytes | None:
+        return None if blob is None else self.repo.blob(blob)
+
+    def _refuse(self, faults: Iterable[str]) -> None:
+        told = list(faults)
+        if told:
+            more = f"; and {len(told) - _MOST} more" if len(told) > _MOST else ""
+            raise KnowledgeError(
+                f"nothing of {self.name} was taken: {'; '.join(told[:_MOST])}{more}. Correct it "
+                "there, or take it back there, and try again."
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A commit, or several that were merged to it, with their facts then."""
+
+    sha: str
+    facts: Facts | None = None
+
+
+def _delta(held: Held, facts: Facts) -> Delta:
+    now = _facts(held.files)
+    return Delta(now - facts, facts - now)
+
+
+def _facts(files: Files) -> Facts:
+    return facts_of({name: files[name] for name in OF_FACTS if name in files})
+
+
+def _domain(path: str) -> str:
+    """The domain whose file this is, "" if it is none's."""
+    parts = PurePosixPath(path).parts
+    whole = len(parts) == 3 and parts[0] == "kg" and parts[2].endswith(".ttl")
+    return parts[1] if whole else ""

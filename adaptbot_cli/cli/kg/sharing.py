@@ -1,0 +1,108 @@
+"""`adaptbot kg sync`: one home's knowledge in several workspaces."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from adaptbot_cli.cli.common import (
+    JsonOption,
+    WorkspaceOption,
+    console,
+    note,
+    print_json,
+    terminal,
+    workspace,
+)
+
+STILL_OPEN = 3
+
+
+def sync(
+    remote: Annotated[
+        str, typer.Argument(metavar="REMOTE", help="A git address, folder, or remote's name.")
+    ],
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Share this home's knowledge by git: fetch, merge fact by fact, send what was merged.
+
+    Of answers that cannot both stand, a person says which does; where one stays open nothing is
+    changed, and `adaptbot pending` lists it (exit 3).
+    """
+    from adaptbot_cli.errors import Interrupted
+    from adaptbot_cli.session.building import Request, human_of
+    from adaptbot_cli.session.syncing import sync as synced
+
+    human = human_of(Request("", "", answers=answers), terminal())
+    try:
+        came = synced(workspace(workspace_dir), remote, human)
+    except KeyboardInterrupt:
+        raise Interrupted("interrupted; nothing was changed here by it") from None
+    unused: Any = getattr(human, "unused", list)
+    for told in (*came.notes, *unused()):
+        note(told)
+    if json:
+        print_json(
+            {
+                "before": came.before,
+                "revision": came.revision,
+                "sent": came.sent,
+                "settled": [lesson.sentence for lesson in came.settled],
+                "open": [plain_question(question) for question in came.open],
+            }
+        )
+    else:
+        _tell(came, remote)
+    return STILL_OPEN if came.open else 0
+
+
+def plain_question(question: Any) -> dict[str, Any]:
+    """Return a conflict as a plain object."""
+    answers = [
+        {"answer": choice.value, "says": choice.label, "by": choice.then}
+        for choice in question.choices[:2]
+    ]
+    return {
+        "about": question.about,
+        "kind": question.kind,
+        "prop": question.prop or None,
+        "text": question.text,
+        "answers": answers,
+    }
+
+
+def tell_conflicts(conflicts: Any, command: str) -> None:
+    """Show answers of which one can stand, with who gave each, and how to settle them."""
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.tables.words import count, said
+
+    out = console()
+    for question in conflicts:
+        sides = " or ".join(f"{c.label} ({c.then})" for c in question.choices[:2])
+        out.print(Text("? ", "cyan") + said(f"{question.text} {sides}"), soft_wrap=True)
+    told = f"{count(len(conflicts), 'conflict')} to settle, until then nothing is merged; say at a "
+    out.print(said(f"{told}terminal, or with --answers FILE: {command}", "dim"), soft_wrap=True)
+
+
+def _tell(came: Any, remote: str) -> None:
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.tables.words import said
+
+    out = console()
+    for lesson in came.settled:
+        out.print(Text("✓ ", "green") + said(lesson.sentence))
+    if came.open:
+        tell_conflicts(came.open, f"adaptbot kg sync {remote}")
+        return
+    moved = came.before != came.revision
+    told = f"now at {came.revision[:7]}" if came.revision else "nothing is there yet"
+    told = told if moved else f"nothing new from {remote}"
+    told += f", sent to {remote}" if came.sent else ""
+    hint = f"; adaptbot kg diff {came.before[:7]} tells what came" if moved and came.before else ""
+    out.print(Text("✓ ", "green") + said(f"{told}{hint}"))
