@@ -23,6 +23,9 @@ MOST_AGAIN = 2
 MOST_ACTS = 1_000
 """How many steps one run tries at most, so that it ends in a world that is never the same."""
 
+GOAL_MET = "goal met"
+"""What a world is told at the end of a task that has met its goal."""
+
 _UNDONE = "what it brings about does not last"
 """Why a step has failed that was done again and again from the same state."""
 
@@ -159,7 +162,7 @@ def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple
     """
     unmet, missing = check_goal(run.scene)
     error = _error(acting, report)
-    why = "goal met" if not unmet and error is None else error.message if error else "goal not met"
+    why = GOAL_MET if not unmet and error is None else error.message if error else "goal not met"
     seen: Seen = yield Stop(run.task, why)
     delta, surprise = believe(run.kg, Delta(), seen)
     yield from _keep(run, acting, delta, surprise)

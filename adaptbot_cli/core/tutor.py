@@ -8,7 +8,16 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from adaptbot_cli.core.acts import act, begin, failure, is_hopeless, outside, stop, with_failure
+from adaptbot_cli.core.acts import (
+    GOAL_MET,
+    act,
+    begin,
+    failure,
+    is_hopeless,
+    outside,
+    stop,
+    with_failure,
+)
 from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
 from adaptbot_cli.core.confirming import confirmed, judged
 from adaptbot_cli.core.dialogue import ask, keep
@@ -94,12 +103,12 @@ def pursue_each(
     full: bool = False,
     world: Confirm | None = None,
     done: Sequence[str] = (),
-    over: Sequence[str] = (),
+    over: Sequence[tuple[str, str]] = (),
 ) -> Turns:
     """Pursue every task of a request, each on the state that the one before has left.
 
-    `over` are the tasks that have come to their end in a world outside in a run that was cut off
-    in a later one; `done` are that one's calls. They are not taken up again.
+    `over` are the tasks that came to their end in a world in a run that was cut off in a later
+    one, each with what it came to; `done` are the calls of that later one. Neither is repeated.
 
     `read` says what words mean; a reading that is in doubt is confirmed by the person first. The
     state of the graph in memory is that before the last task then.
@@ -107,7 +116,7 @@ def pursue_each(
     reading, asked = yield from confirmed(text, read)
     yield Understood(reading)
     results: list[Result] = []
-    ended = list(over)
+    ended = [name for name, _ in over]
     for task in reading.tasks:
         if task.name in ended:
             ended.remove(task.name)
@@ -129,6 +138,11 @@ def pursue_each(
     told_by = [each for each in asked if each[1].value != LATER.value]
     usage = replace(usage, questions=usage.questions + len(told_by))
     results[0] = replace(results[0], questions=(*asked, *results[0].questions), usage=usage)
+    unmet = [f"{name}: {why}" for name, why in over if why != GOAL_MET]
+    if unmet and results[-1].outcome is not None:
+        earlier = tuple(Finding("E503", f"before it was interrupted: {each}") for each in unmet)
+        outcome = replace(results[-1].outcome, unmet=(*results[-1].outcome.unmet, *earlier))
+        results[-1] = replace(results[-1], outcome=outcome)
     return _together(results)
 
 

@@ -102,7 +102,7 @@ class Session:
     state: str | None = None
     stopped: bool = False
     root: Path = Path()
-    over: tuple[str, ...] = ()
+    over: tuple[tuple[str, str], ...] = ()
     done: tuple[str, ...] = ()
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
@@ -384,7 +384,7 @@ def _header(session: Session) -> dict[str, Any]:
         "planner": session.planner,
         **session.asked,
         **_options(request),
-        **({"over": list(session.over)} if session.over else {}),
+        **({"over": [list(each) for each in session.over]} if session.over else {}),
         **({"done": list(session.done)} if session.done else {}),
     }
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli.core.acts import GOAL_MET
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Observer
@@ -81,8 +82,13 @@ def replay(
         result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
         world = header.get("confirm", "none") if "world" in header else None
-        done, over = (tuple(map(str, header.get(key) or ())) for key in ("done", "over"))
-        how = (policy, replans, full, world, done, over)
+        done, told = (
+            each if isinstance(each := header.get(key), list) else [] for key in ("done", "over")
+        )
+        # An older transcript has only the names of the tasks.
+        ended = (e if isinstance(e, list) and len(e) == 2 else [e, GOAL_MET] for e in told)
+        over = tuple((str(name), str(why)) for name, why in ended)
+        how = (policy, replans, full, world, tuple(map(str, done)), over)
         result = drive(pursue_each(text, read_it, kg, parser(kg), *how), ports)
     player.end(result)
     return result

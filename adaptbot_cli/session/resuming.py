@@ -100,10 +100,10 @@ def spent(path: Path) -> "list[Spent]":
 
 def remembering(
     path: Path, planner: Planner, human: Human
-) -> tuple[Planner, Human, tuple[str, ...], tuple[str, ...]]:
-    """Return a planner and a human that first give what a run that was cut off was given; the
-    tasks that it has brought to their end in a world outside, and the calls that it has carried
-    out there for the next one.
+) -> tuple[Planner, Human, tuple[tuple[str, str], ...], tuple[str, ...]]:
+    """Return a planner and a human that first give the replies of a run that was cut off; the tasks
+    that came to their end in its world, each with what it came to; the calls that it executed there
+    for the next one.
 
     Who has answered in a transcript that is not of this user nobody knows: only its plans count.
     """

@@ -1,7 +1,7 @@
 """A plan in a world that disagrees: what fails and surprises, who is asked, what is done again."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
@@ -15,8 +15,9 @@ from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import LATER, Reviewed
 from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Propose, Stop, Turn
-from adaptbot_cli.core.tutor import Confirm, Policy, pursue
+from adaptbot_cli.core.tutor import Confirm, Policy, Turns, pursue, pursue_each
 from adaptbot_cli.core.world import (
     Seen,
     believe,
@@ -112,6 +113,17 @@ def play(
             reply = says(turn)
         elif isinstance(turn, Stop):
             reply = stop or Seen()
+
+
+def play_each(run: Turns) -> Result:
+    """Play a run whose plans are good, in a rehearsal."""
+    script, reply = Script([GOOD, GOOD], LATER), None
+    while True:
+        try:
+            turn = run.send(reply)
+        except StopIteration as ended:
+            return ended.value
+        reply = script.reply(turn, workshop())
 
 
 def test_a_world_that_does_as_expected_is_believed_and_kept_step_by_step() -> None:
@@ -318,6 +330,18 @@ def test_what_a_world_undoes_with_success_again_and_again_is_asked_about() -> No
     assert played.tried == [*DONE[:2] * 2, DONE[0]] and played.asked == ["failed cupboard"]
     assert played.result.outcome is not None and played.result.outcome.error is not None
     assert "does not last" in played.result.outcome.error.message
+
+
+def test_a_task_that_missed_its_goal_before_the_interruption_is_not_forgotten() -> None:
+    kg = workshop()
+
+    def resumed(why: str) -> Result:
+        reading = Reading("", (replace(STOOL, name="shelf"), STOOL))
+        return play_each(pursue_each("", lambda _: reading, kg, parser(kg), over=[("shelf", why)]))
+
+    assert resumed("goal met").goal_met
+    missed = resumed("drill_hole failed: it slipped")
+    assert missed.verdict == "executable" and not missed.goal_met
 
 
 # The paper's policy ------------------------------------------------------------- Algorithm 1

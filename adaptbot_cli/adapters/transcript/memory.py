@@ -35,9 +35,8 @@ class Memory:
 
     `plan` is the last one that was looked at: one that was `proposed` may have been refused;
     `reopened` are the answers that the person went back from. In a world outside, `done` are the
-    calls that were carried out for the last task, `over` the tasks that had come to their end
-    before, and `left` is what of the plan was still to be done, by task, of the steps that were
-    `checked`.
+    calls that were executed for the last task, `over` the tasks that came to their end before, with
+    what they came to, and `left` is the rest of the plan, by task, of the steps `checked`.
     """
 
     proposals: dict[Prompt, Proposal] = field(default_factory=dict)
@@ -47,7 +46,7 @@ class Memory:
     edits: dict[str, list[Edit]] = field(default_factory=dict)
     plans: dict[str, str] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
-    over: list[str] = field(default_factory=list)
+    over: list[tuple[str, str]] = field(default_factory=list)
     left: dict[str, str] = field(default_factory=dict)
     checked: list[str] = field(default_factory=list)
     task: str = ""
@@ -56,15 +55,15 @@ class Memory:
 
     def take(self, documents: Iterable[Document]) -> None:
         """Add what a run's documents tell; later answers go before earlier ones."""
-        ended = False
+        ended = ""
         for document in documents:
             match document["turn"]:
                 case "stop":
-                    ended = True
+                    ended = str(document.get("why", "")) or "stopped"
                 case "propose" if isinstance(document.get("reply"), str):
                     if ended:
-                        self.over.append(self.task)
-                        self.done, ended = [], False
+                        self.over.append((self.task, ended))
+                        self.done, ended = [], ""
                     self.task = str(document.get("task", ""))
                     findings = _texts(document.get("findings"))
                     prompt = (self.task, int(document.get("attempt", 0)), findings)
