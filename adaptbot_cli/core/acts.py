@@ -8,10 +8,10 @@ from rdflib import URIRef
 
 from adaptbot_cli.core.asking import place_property
 from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.plan import Done, Finding, Step
 from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Choice, Question
-from adaptbot_cli.core.rehearse import change_of, key_of
+from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.repair import change_of, key_of
 from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
 from adaptbot_cli.core.run import Acting, Run
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Stop, Surprised, Turn

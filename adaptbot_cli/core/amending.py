@@ -4,14 +4,14 @@ from collections.abc import Generator
 from dataclasses import replace
 from typing import Any, Literal
 
-from adaptbot_cli.core import resolve
 from adaptbot_cli.core.editing import Edit, edited, rejection
-from adaptbot_cli.core.examine import lost_items
 from adaptbot_cli.core.findings import OF_THE_REQUEST
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, sentence_list
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.questions import LATER
+from adaptbot_cli.core.refine import resolve
+from adaptbot_cli.core.refine.check import lost_items
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Run, look_at, propose
 from adaptbot_cli.core.turns import Amend, Propose, Turn

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from rdflib import RDF, URIRef
 
-from adaptbot_cli.core import acting, learning, resolve
+from adaptbot_cli.core import acting, learning
 from adaptbot_cli.core.domain import Action, Kind, Property
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.plan import Finding
@@ -20,9 +20,10 @@ from adaptbot_cli.core.questions import (
     Question,
     Subject,
 )
+from adaptbot_cli.core.refine import resolve
+from adaptbot_cli.core.refine.calls import known_values
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import known_values
 from adaptbot_cli.core.terms import local
 
 Asked = Mapping[Key, tuple[Question, Answer]]

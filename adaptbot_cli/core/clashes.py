@@ -10,8 +10,8 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import NEW, OLD, Choice, Question
+from adaptbot_cli.core.refine.calls import known_values
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import known_values
 from adaptbot_cli.core.terms import AB, FALSE, TRUE, Triple, local
 
 

@@ -8,9 +8,9 @@ from rdflib import URIRef
 from adaptbot_cli.core import asking, learning, suggest
 from adaptbot_cli.core.domain import Kind, Property
 from adaptbot_cli.core.questions import IN_FORMS, Question
+from adaptbot_cli.core.refine.calls import known_values
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import known_values
 from adaptbot_cli.core.terms import local
 
 

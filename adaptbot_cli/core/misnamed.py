@@ -1,15 +1,19 @@
-"""Names in a pack's domain, actions and tasks that nothing bears."""
+"""Names in a pack's domain, actions and tasks that nothing bears.
+
+What a task names and this home lacks is worth a hint, no fault: a run of the task asks about it.
+"""
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from typing import Any
 
 from rdflib import OWL, RDF, RDFS, XSD, URIRef
 
 from adaptbot_cli.core.datatypes import DATATYPES
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import misspelt, nearest
-from adaptbot_cli.core.plan import Goal
-from adaptbot_cli.core.roles import things_in
+from adaptbot_cli.core.names import misspelt, nearest, normal, sentence_list
+from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.sparql import mentions
 from adaptbot_cli.core.terms import AB, FALSE, TRUE, local
 
@@ -139,3 +143,74 @@ def _query(kg: Kg, where: str, query: str, what: str, *, things: bool = True) ->
 def _remedy(iri: URIRef, known: Iterable[URIRef], otherwise: str) -> str:
     near = nearest(local(iri), sorted({local(one) for one in known}), 1)
     return f"the nearest there is {near[0]}" if near else otherwise
+
+
+@lru_cache(maxsize=1024)
+def things_in(query: str) -> frozenset[URIRef]:
+    """Return the IRIs of a query that stand for things: neither as a predicate nor as a class.
+
+    A query that cannot be taken apart has none.
+    """
+    from rdflib.plugins.sparql.algebra import translateQuery
+    from rdflib.plugins.sparql.parser import parseQuery
+
+    try:
+        algebra = translateQuery(parseQuery(query)).algebra
+    except Exception:  # its parser raises many kinds; the engine tells what is no valid query
+        return frozenset()
+    return mentions(query) - set(_terms(algebra))
+
+
+def _terms(part: Any) -> Iterator[URIRef]:
+    """The predicates and classes of the triples below a node of the algebra."""
+    if isinstance(part, dict):
+        # get of rdflib's nodes gives the key itself where there is none
+        for _, predicate, value in dict.get(part, "triples") or ():
+            yield from _path(predicate)
+            if predicate == RDF.type and isinstance(value, URIRef):
+                yield value
+        for below in part.values():
+            yield from _terms(below)
+    elif isinstance(part, list | tuple | set):
+        for below in part:
+            yield from _terms(below)
+
+
+def _path(predicate: Any) -> Iterator[URIRef]:
+    """The predicates that a property path is made of."""
+    if isinstance(predicate, URIRef):
+        yield predicate
+    parts = getattr(predicate, "args", None) or [
+        getattr(predicate, name) for name in ("arg", "path") if hasattr(predicate, name)
+    ]
+    for part in parts:
+        yield from _path(part)
+
+
+def lacking(kg: Kg) -> Iterator[str]:
+    """Tell of each thing that tasks need, or name in their goals, and the home does not have."""
+    wanted: dict[str, dict[str, None]] = {}
+    for task in kg.domain.tasks:
+        for name in _lacked(kg, task):
+            wanted.setdefault(name, {})[task.name] = None
+    known = sorted(kg.names())
+    for name, tasks in sorted(wanted.items()):
+        near = misspelt(name, known, THING_LIKE)
+        who = sentence_list(list(tasks), 3)
+        remedy = "add it if it is here; else a run asks about it"
+        remedy = f"the nearest there is {near}" if near else remedy
+        yield f"tasks.ttl: {name} is not in attributes.ttl, and is named by {who}; {remedy}"
+
+
+def _lacked(kg: Kg, task: Task) -> Iterator[str]:
+    yield from (normal(item) for item in task.required if not kg.find(item))
+    for goal in task.goals:
+        for iri in _named(kg, goal):
+            name = local(iri)
+            # A thing of that name may be here, and yet not be the one that the goal names.
+            yield str(iri) if kg.find(name) else normal(name)
+
+
+def _named(kg: Kg, goal: Goal) -> Iterator[URIRef]:
+    for query in (goal.query, goal.about, goal.helped_by):
+        yield from (iri for iri in unknown(kg, query) if iri in things_in(query))

@@ -11,13 +11,13 @@ from typing import Any
 from adaptbot_cli.core import asking
 from adaptbot_cli.core.amending import set_aside
 from adaptbot_cli.core.dialogue import ask_about, keep
-from adaptbot_cli.core.execute import rehearsed
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Step, Task
 from adaptbot_cli.core.questions import EDIT, LATER, UNKNOWN, Answer, Key, Question
+from adaptbot_cli.core.refine.goals import rehearsed
 from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.run import Parse, Run, forget_all, look_at
 from adaptbot_cli.core.scene import Scene

@@ -6,12 +6,12 @@ from typing import Any, Literal
 
 from adaptbot_cli.core import teach
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.examine import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.mend import with_remedies
 from adaptbot_cli.core.plan import Call, Parsed, Step, Task
 from adaptbot_cli.core.questions import Answer, Key, Question
+from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_look_up
+from adaptbot_cli.core.refine.mend import with_remedies
 from adaptbot_cli.core.report import Bound, Report, Usage
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn

@@ -6,7 +6,7 @@ from dataclasses import replace
 from rdflib import RDF, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core import acting, learning, resolve
+from adaptbot_cli.core import acting, learning
 from adaptbot_cli.core.asking import (
     Asked,
     kinds_of_place,
@@ -19,6 +19,7 @@ from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import ABSENT, EXISTS, Answer, Key, Question
+from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import Triple, local

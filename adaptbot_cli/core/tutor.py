@@ -20,15 +20,14 @@ from adaptbot_cli.core.acts import (
 )
 from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
 from adaptbot_cli.core.confirming import confirmed, judged
-from adaptbot_cli.core.dialogue import ask, keep
-from adaptbot_cli.core.examine import lost_items
-from adaptbot_cli.core.execute import check_goal, rehearsed
+from adaptbot_cli.core.dialogue import ask, keep, mend
 from adaptbot_cli.core.failing import ask_what_now
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.mending import mend
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.questions import LATER
+from adaptbot_cli.core.refine.check import lost_items
+from adaptbot_cli.core.refine.goals import check_goal, rehearsed
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.run import Acting, Confirm, Parse, Policy, Run, forget_all, look_at, propose

@@ -3,20 +3,19 @@
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 
-from adaptbot_cli.core.arguments import in_order
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.execute import check_goal
-from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.findings import blocks
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
+from adaptbot_cli.core.refine.calls import in_order, understand
+from adaptbot_cli.core.refine.expand import expand
+from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.walk import Walk
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import understand
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.core.tutor import Parse
-from adaptbot_cli.core.walk import Walk
 
 Proposals = Generator[Propose, Proposal, Result]
 

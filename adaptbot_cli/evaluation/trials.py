@@ -23,11 +23,11 @@ from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.adapters.world.simulated import SimulatedHome
 from adaptbot_cli.core import teach
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.request import understand
 from adaptbot_cli.core.scene import Scene

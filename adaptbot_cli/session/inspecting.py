@@ -21,7 +21,7 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
     from adaptbot_cli.adapters.planner.checking import library_faults
     from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import check_files
-    from adaptbot_cli.core.weak import weak
+    from adaptbot_cli.core.refine.goals import weak
 
     files = settled(workspace.root, lambda: workspace.files(domain))
     kg, found, hints = check_files(files)

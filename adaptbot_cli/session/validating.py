@@ -32,7 +32,7 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         KnowledgeError: its folder, or one of the other files, cannot be read.
     """
     from adaptbot_cli.core.faults import faults
-    from adaptbot_cli.core.lacking import lacking
+    from adaptbot_cli.core.misnamed import lacking
 
     if files:
         kg = load(workspace, domain, files)

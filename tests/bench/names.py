@@ -16,11 +16,11 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import NoLexicon, WordNet
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
-from adaptbot_cli.core import resolve
-from adaptbot_cli.core.examine import names_to_look_up
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.refine import resolve
+from adaptbot_cli.core.refine.check import names_to_look_up
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.resources import bundled

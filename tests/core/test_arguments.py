@@ -2,8 +2,8 @@
 
 import pytest
 
-from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.parse import parse
+from adaptbot_cli.core.refine.check import examine
 from tests.worlds import scene
 
 

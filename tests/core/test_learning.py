@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli.core import asking, learning, teach
-from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Call, Parsed, Written
 from adaptbot_cli.core.questions import Answer, Key, Question
+from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, FALSE, TRUE

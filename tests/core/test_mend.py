@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
-from adaptbot_cli.core.examine import examine
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.mend import Mended, mended, with_remedies
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.refine.check import examine
+from adaptbot_cli.core.refine.mend import Mended, mended, with_remedies
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.resources import bundled

@@ -97,7 +97,7 @@ def test_what_an_edit_instead_of_the_offer_brings_up_is_asked(kitchen: Kg) -> No
 
 
 def test_an_edit_of_a_mended_plan_is_kept_when_the_person_goes_back(kitchen: Kg) -> None:
-    from adaptbot_cli.core.mending import mend
+    from adaptbot_cli.core.dialogue import mend
     from adaptbot_cli.core.run import Run, look_at
     from adaptbot_cli.core.scene import Scene
 

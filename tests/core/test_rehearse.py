@@ -10,10 +10,10 @@ from rdflib import Literal, URIRef, Variable
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Effect
-from adaptbot_cli.core.examine import examine
-from adaptbot_cli.core.execute import rehearsed
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
+from adaptbot_cli.core.refine.check import examine
+from adaptbot_cli.core.refine.goals import rehearsed
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import STATES
@@ -251,7 +251,7 @@ def test_a_mark_takes_back_what_came_after_it() -> None:
 
 def test_the_same_plan_gives_the_same_report_whatever_the_hash_seed() -> None:
     code = (
-        "from tests.worlds import *; from adaptbot_cli.core.examine import examine\n"
+        "from tests.worlds import *; from adaptbot_cli.core.refine.check import examine\n"
         "plan = 'put(drilled_board, bench)\\ndry_part(plank)\\nstretch(vase)\\ntake(gadgt)'\n"
         "report = examine(parsed(plan), plan, scene(workshop(), 'board', 'vase'))\n"
         "print(report.steps, report.findings, report.missing)"

@@ -2,12 +2,12 @@
 
 import pytest
 
-from adaptbot_cli.core.examine import examine
-from adaptbot_cli.core.execute import rehearsed
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.mend import mended, with_remedies
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Goal, Task
+from adaptbot_cli.core.refine.check import examine
+from adaptbot_cli.core.refine.goals import rehearsed
+from adaptbot_cli.core.refine.mend import mended, with_remedies
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
 from tests.worlds import changed, parsed, workshop
@@ -276,7 +276,9 @@ def test_another_helper_is_offered_where_nobody_knows_whether_the_named_one_serv
 def test_a_goal_that_the_steps_for_another_undo_is_brought_about_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("adaptbot_cli.core.walk.MOST_TO_KEEP", 1)  # no way is found that keeps it
+    monkeypatch.setattr(
+        "adaptbot_cli.core.refine.walk.MOST_TO_KEEP", 1
+    )  # no way is found that keeps it
     prefix = "PREFIX w: <http://example.org/workshop#> "
     about = f"{prefix}SELECT ?thing ?part WHERE {{ VALUES (?thing ?part) {{ (w:lathe w:board) }} }}"
     polish = """

@@ -2,9 +2,10 @@
 
 from rdflib import URIRef
 
-from adaptbot_cli.core import learning, resolve
+from adaptbot_cli.core import learning
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Call, Task
+from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.words import Related
 from tests.worlds import W, related, scene, workshop

@@ -3,8 +3,8 @@
 from rdflib import Literal, URIRef
 
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.refine.calls import Sound, understand
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import Sound, understand
 from tests.worlds import W, call, replaced, scene, workshop
 
 

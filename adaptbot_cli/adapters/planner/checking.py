@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, read_plan
-from adaptbot_cli.core import resolve
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.errors import PackError
 

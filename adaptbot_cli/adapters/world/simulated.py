@@ -8,13 +8,13 @@ from rdflib import RDF, RDFS, BNode, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.execute import check_goal
 from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.rehearse import holds, perform
+from adaptbot_cli.core.refine.calls import attribute_findings, sentence
+from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import attribute_findings, sentence
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local
 from adaptbot_cli.core.turns import Act, Begin, Stop
 from adaptbot_cli.core.world import Seen

@@ -11,7 +11,7 @@ from adaptbot_cli.core.domain import Kind, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import safe_name
 from adaptbot_cli.core.plan import Call
-from adaptbot_cli.core.static import number
+from adaptbot_cli.core.refine.calls import number
 from adaptbot_cli.core.terms import local
 
 

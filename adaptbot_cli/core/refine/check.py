@@ -6,19 +6,18 @@ from itertools import islice
 
 from rdflib.term import Node
 
-from adaptbot_cli.core.arguments import in_order
-from adaptbot_cli.core.execute import check_goal
-from adaptbot_cli.core.expand import expand
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, singulars, words
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Task
-from adaptbot_cli.core.rehearse import MOST_ROWS, Aim, aim, all_hold, complete, holds
+from adaptbot_cli.core.refine.calls import Sound, in_order, number, sentence, understand
+from adaptbot_cli.core.refine.expand import expand
+from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.repair import MOST_ROWS, Aim, aim, all_hold, complete, holds
+from adaptbot_cli.core.refine.resolve import action
+from adaptbot_cli.core.refine.walk import Walk
 from adaptbot_cli.core.report import Bound, Report
-from adaptbot_cli.core.resolve import action
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions
-from adaptbot_cli.core.static import Sound, number, sentence, understand
-from adaptbot_cli.core.walk import Walk
 
 _OF_A_NAME = frozenset({"E101", "E201"})
 _OF_MOVING = frozenset({"E202", "E302"})

@@ -12,7 +12,8 @@ from adaptbot_cli.core.domain import Condition, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
-from adaptbot_cli.core.rehearse import (
+from adaptbot_cli.core.refine.calls import Sound, attribute_findings, render, sentence
+from adaptbot_cli.core.refine.repair import (
     MOST_DEFAULTS,
     MOST_ROWS,
     MOST_TO_KEEP,
@@ -31,7 +32,6 @@ from adaptbot_cli.core.rehearse import (
 )
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.sparql import variables
-from adaptbot_cli.core.static import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.terms import TRUE, Triple
 
 

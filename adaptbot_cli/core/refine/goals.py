@@ -1,17 +1,23 @@
-"""A plan rehearsed on a copy of G_s, and whether a goal is met (Algorithm 1, execute)."""
+"""A plan rehearsed on a copy of G_s, and whether a goal is met (Algorithm 1, execute).
+
+A pack's goals that are weak are worth a hint, no fault: a home may happen to be as a task wants it.
+"""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from rdflib import URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.clauses import concerns
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
-from adaptbot_cli.core.rehearse import holds, perform
+from adaptbot_cli.core.refine.calls import sentence
+from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import sentence
+from adaptbot_cli.core.sparql import mentions, ruled_out
 from adaptbot_cli.core.terms import TRUE
 
 
@@ -93,3 +99,28 @@ def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
             continue
         if found and not any(kg.ask(goal.query, {"item": e, **p}) for e in found for p in places):
             yield name, Finding("E503", goal.message.format(item=name), name)
+
+
+def weak(kg: Kg) -> Iterator[str]:
+    """Tell of each task and class of tasks whose own goals are weak where it names nothing else."""
+    classes = {task.iri: task for task in kg.domain.task_classes.values()}
+    own = kg.under(replace(kg.domain, goals=()))
+    for task in (*kg.domain.tasks, *classes.values()):
+        goals = [goal for goal in task.goals if concerns(goal, task.required, kg)]
+        if not goals:
+            continue
+        where = f"tasks.ttl, entry {task.name}"
+        if not check_goal(Scene(own, task))[0]:
+            yield (
+                f"{where}: its goal holds here before anything is done; "
+                "ask for something that only doing it brings about"
+            )
+        elif not any(goal.classes or _names_a_thing(goal, kg) for goal in goals):
+            yield (
+                f'{where}: its goal ("{goals[0].message}" otherwise) is about no item; '
+                "name the item in ab:ask, or ask for each ?item of ab:needs with ab:class"
+            )
+
+
+def _names_a_thing(goal: Goal, kg: Kg) -> bool:
+    return any(kg.classes(iri) for iri in mentions(goal.query) - ruled_out(goal.query))

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from rdflib import URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core import resolve
 from adaptbot_cli.core.domain import Action, Parameter
 from adaptbot_cli.core.names import normal, sentence_list, words
 from adaptbot_cli.core.plan import Call, Change
+from adaptbot_cli.core.refine import resolve
+from adaptbot_cli.core.refine.calls import known_values
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.static import known_values
 
 
 @dataclass(frozen=True, slots=True)

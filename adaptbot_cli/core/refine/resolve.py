@@ -5,14 +5,14 @@ candidate is of the right kind and unique, the name is no required item, and the
 the candidate otherwise. What is not safe becomes a suggestion.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 from rdflib import URIRef
 
 from adaptbot_cli.core import english
-from adaptbot_cli.core.amounts import without_amount
 from adaptbot_cli.core.domain import Action, CalledAs
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import (
@@ -28,6 +28,25 @@ from adaptbot_cli.core.names import (
 from adaptbot_cli.core.plan import Approved, Change, Finding
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.words import Related, Relation
+
+_NUMBER = r"(?:\d[\d./]*[a-z]*|[½¼¾])"
+# Which words are measures is not known here: without an "of" only a number goes, not a word.
+_AMOUNTS = (
+    re.compile(rf"(?:{_NUMBER}|an?|some) (?:[a-z]+ ){{0,2}}of (.+)"),
+    re.compile(rf"(?:{_NUMBER}|an?|the|some) (.+)"),
+    re.compile(rf"(.+?) ?\({_NUMBER}[^()]*\)"),
+)
+
+
+def without_amount(name: str) -> Iterator[tuple[str, bool]]:
+    """Give what a name may be without its amount, and whether that is the one thing ("the egg")."""
+    said = normal(name).replace("_", " ")
+    for amount in _AMOUNTS:
+        match = amount.fullmatch(said)
+        rest = match[1].removeprefix("the ") if match else ""
+        if rest:
+            yield rest, said.startswith("the ")
+
 
 T = TypeVar("T")
 
