@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 
-from rdflib import RDF, URIRef
+from rdflib import RDF, XSD, URIRef
 
 from adaptbot_cli.core import acting, learning
-from adaptbot_cli.core.domain import Action, Kind, Property
-from adaptbot_cli.core.names import nearest, normal
+from adaptbot_cli.core.domain import Action, Kind, Parameter, Property
+from adaptbot_cli.core.names import nearest, normal, words
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.questions import (
     ABSENT,
@@ -22,9 +22,10 @@ from adaptbot_cli.core.questions import (
 )
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.calls import known_values
-from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.sparql import mentions
+from adaptbot_cli.core.terms import TRUE, local
 
 Asked = Mapping[Key, tuple[Question, Answer]]
 
@@ -50,7 +51,10 @@ def next_question(
             continue
         if finding.code == "E302" and not (doubt and _is_needed(finding, report, scene)):
             continue
-        question = _question(finding, report, scene)
+        if finding.code == "E401" and doubt:
+            question = _about_a_default(finding, report, scene)
+        else:
+            question = _question(finding, report, scene)
         if question is not None and question.key not in asked:
             return question
         follow_up = _kind_question(finding, report, scene, asked)
@@ -172,6 +176,41 @@ def _is_needed(finding: Finding, report: Report, scene: Scene) -> bool:
                 if other not in things
             )
     return False
+
+
+def _about_a_default(finding: Finding, report: Report, scene: Scene) -> Question | None:
+    """Whether a thing is as a step needs it that finds nothing else here to serve as its parameter.
+
+    It bears the parameter's name, and one attribute keeps it from serving.
+    """
+    bound = report.bounds[finding.step - 1] if finding.step else None
+    for parameter in bound.action.parameters if bound else ():
+        if bound is None or not parameter.default or parameter.name in bound.values:
+            continue
+        for entity in scene.kg.instances(parameter.classes):
+            name = normal(scene.kg.name(entity))
+            if not set(words(parameter.name)) <= set(words(name)):
+                continue
+            for prop in sorted(mentions(parameter.default) & scene.domain.properties.keys()):
+                if _would_serve(entity, scene.domain.properties[prop], parameter, bound, scene):
+                    context = _source(finding, report)
+                    return learning.attribute_question(
+                        scene.kg, name, scene.domain.properties[prop], context
+                    )
+    return None
+
+
+def _would_serve(
+    entity: URIRef, prop: Property, parameter: Parameter, bound: Bound, scene: Scene
+) -> bool:
+    """Tell whether a default would find a thing, were an attribute of it otherwise."""
+    values = known_values(scene.kg, entity, prop.iri)
+    if prop.range != XSD.boolean or TRUE in values:
+        return False
+    given = {"agent": scene.domain.agent, **bound.values}
+    with scene.kg.rehearsal():
+        scene.kg.apply(learning.attribute(scene.kg, entity, prop, TRUE))
+        return entity in scene.kg.values(parameter.default, parameter.name, given)
 
 
 def _source(finding: Finding, report: Report) -> str:

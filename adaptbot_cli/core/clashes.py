@@ -122,6 +122,15 @@ def settled(lesson: Lesson, old: Sequence[Triple], scene: Scene) -> Lesson:
     return replace(lesson, delta=Delta(removed, lesson.delta.added | added))
 
 
+def corrected(lesson: Lesson, doubted: Sequence[Triple], scene: Scene) -> Lesson | None:
+    """Return what an answer corrects of the facts that it was asked in doubt of, None if it says
+    what they say."""
+    told = {(subject, predicate) for subject, predicate, _ in lesson.delta.added}
+    other = {f for f in doubted if f[:2] in told and f not in lesson.delta.added}
+    old = sorted({*contradicted(lesson, scene), *other})
+    return settled(lesson, old, scene) if old else None
+
+
 def in_words(fact: Triple, scene: Scene) -> str:
     """Write a fact as people say it: "papaya: sliceable, no"."""
     subject, predicate, value = fact

@@ -119,7 +119,7 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         if answer.value == STOP.value:
             run.stopped, answer = True, LATER
         run.stopped = run.stopped or answer.last
-        yield from _learn(run, report, each, answer, bool(doubted))
+        yield from _learn(run, report, each, answer, doubted)
 
 
 def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[str]]:
@@ -153,7 +153,11 @@ def _look_around(run: Run, question: Question) -> Generator[Turn, Any, None]:
 
 
 def _learn(
-    run: Run, report: Report, question: Question, answer: Answer, doubted: bool = False
+    run: Run,
+    report: Report,
+    question: Question,
+    answer: Answer,
+    doubted: tuple[Triple, ...] = (),
 ) -> Generator[Turn, Any, None]:
     """Learn from an answer; what it was asked in doubt of needs no more asking to be corrected."""
     run.asked[question.key] = (question, answer)
@@ -161,8 +165,7 @@ def _learn(
         run.usage = replace(run.usage, questions=run.usage.questions + 1)
     for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
         if doubted:
-            old = clashes.contradicted(lesson, run.scene)
-            agreed: Lesson | None = clashes.settled(lesson, old, run.scene) if old else None
+            agreed = clashes.corrected(lesson, doubted, run.scene)
         else:
             agreed = yield from _settle(run, lesson)
         if agreed is not None:

@@ -447,3 +447,19 @@ def test_what_is_known_is_not_doubted_where_another_thing_will_do() -> None:
     result, _ = drive(person, changed(UNFIT, fit), Task("work"))
     assert not [turn for turn in person.seen if isinstance(turn, Ask)]
     assert result.verdict == "findings"
+
+
+@pytest.mark.parametrize("answer", ["yes", "no"])
+def test_the_only_thing_that_bears_the_name_of_what_a_step_finds_by_itself_is_asked_about(
+    answer: str,
+) -> None:
+    kg = changed(
+        ("actions.ttl", "heater", "stove"), ("attributes.ttl", "w:heats true", "w:heats false")
+    )
+    person = Person({"heats stove": answer}, plan="take(board)\nput(board)\ndry(board)")
+    result, kg = drive(person, kg, Task("work", ("board",)))
+    [question] = [turn.question for turn in person.seen if isinstance(turn, Ask)]
+    assert question.notes == ("the graph says: stove: heats no (told by ann)",)
+    [stove] = kg.find("stove")
+    assert kg.value(stove, URIRef(W + "heats")) == Literal(answer == "yes")
+    assert result.verdict == ("executable" if answer == "yes" else "findings")
