@@ -1,6 +1,7 @@
 """Word knowledge from the shipped WordNet, read through nltk; and the lexicon that knows nothing.
 
-Importing this module does not import nltk: that takes most of a first lookup's time.
+nltk and its index take longer to open than most commands to run, so they are opened for related
+words only. Which senses a word has, which every request asks, is looked up in the same files.
 """
 
 import io
@@ -12,14 +13,24 @@ from typing import Final, NamedTuple, Protocol, get_args
 
 from adaptbot_cli.core.words import NoLexicon, Related, Relation, Sense
 from adaptbot_cli.errors import LexiconError
-from adaptbot_cli.wordnet.build import CHECKSUMS, OMITTED_FIELD, TARGET
 
+TARGET: Final = Path(__file__).parents[1] / "wordnet" / "data" / "corpora" / "wordnet"
+"""The files of the shipped WordNet, as `tools/wordnet.py` builds them."""
+CHECKSUMS: Final = "CHECKSUMS"
+OMITTED_FIELD: Final = "omitted"
+"""The field of the one synset that stands for every sense that the shipped WordNet leaves out."""
 MAX_HYPERNYM: Final = 3
 MAX_HYPONYM: Final = 2
 __all__ = ["NoLexicon", "WordNet"]
 
 REMEDY: Final = "Install adaptbot-cli again to restore its WordNet."
-POS: Final = ("n", "v")
+POS: Final = {"n": "noun", "v": "verb"}
+"""The parts of speech that are looked up, and how their files end."""
+ENDINGS: Final = {
+    "n": "s: ses:s ves:f xes:x zes:z ches:ch shes:sh men:man ies:y",
+    "v": "s: ies:y es:e es: ed:e ed: ing:e ing:",
+}
+"""The inflections that WordNet detaches (morphy(7WN)), each with what is put in its place."""
 RELATIONS: Final[tuple[Relation, ...]] = get_args(Relation)
 
 
@@ -30,13 +41,14 @@ class WordNet:
     """
 
     def __init__(self, folder: Path = TARGET) -> None:
-        """Use the files in `folder`, as `adaptbot_cli.wordnet.build` writes them."""
+        """Use the files in `folder`, as `tools/wordnet.py` writes them."""
         self._folder = folder
 
     def senses(self, word: str) -> tuple[Sense, ...]:
         """Return the noun and verb senses of a word. Raises LexiconError as `related` does."""
-        found = (Sense(sense.form, sense.synset.lexname()) for sense in self._senses(word))
-        return tuple(dict.fromkeys(found))
+        lemmas = _lemmas(self._folder)
+        found = (tuple(lemmas.senses(spelling)) for spelling in _spellings(word))
+        return next(filter(None, found), ())
 
     def related(self, word: str, fields: frozenset[str]) -> tuple[Related, ...]:
         """Return the words related to `word`: synonyms, hypernyms to distance 3, hyponyms to 2.
@@ -171,6 +183,49 @@ class _Files:
     def _sums(self) -> dict[str, str]:
         lines = self.text(CHECKSUMS).splitlines()
         return {name: digest for digest, _, name in (line.partition(" ") for line in lines)}
+
+
+class _Lemmas:
+    """The senses of words, from the index and the data files, without nltk."""
+
+    def __init__(self, folder: Path) -> None:
+        files = _Files(folder)
+        self._index = {pos: files.text(f"index.{name}") for pos, name in POS.items()}
+        self._data = {pos: files.text(f"data.{name}") for pos, name in POS.items()}
+        self._fields = [line.split()[1] for line in files.text("lexnames").splitlines()]
+        lines = ((pos, files.text(f"{name}.exc")) for pos, name in POS.items())
+        self._odd = {
+            pos: {words[0]: words[1:] for words in map(str.split, text.splitlines())}
+            for pos, text in lines
+        }
+
+    def senses(self, spelling: str) -> Iterator[Sense]:
+        """Give each sense of the base forms of a word once, nouns first, in WordNet's order."""
+        found = (
+            Sense(form, self._fields[int(self._data[pos][offset + 9 : offset + 11])])
+            for pos in POS
+            for form in self._forms(spelling, pos)
+            for offset in self._offsets(form, pos)
+        )
+        yield from dict.fromkeys(found)
+
+    def _forms(self, spelling: str, pos: str) -> Iterable[str]:
+        """The word itself and what it may be an inflection of; not all of them are words."""
+        odd = self._odd[pos].get(spelling)
+        rules = (rule.split(":") for rule in ENDINGS[pos].split())
+        regular = (spelling.removesuffix(end) + new for end, new in rules if spelling.endswith(end))
+        return dict.fromkeys((spelling, *(regular if odd is None else odd)))
+
+    def _offsets(self, lemma: str, pos: str) -> list[int]:
+        """Where the synsets of a lemma stand in the data file; none if it is no lemma."""
+        start = self._index[pos].find(f"\n{lemma} {pos} ") if lemma else -1
+        if start < 0:
+            return []
+        line = self._index[pos][start + 1 : self._index[pos].index("\n", start + 1)]
+        return [int(offset) for offset in line.split()[-int(line.split()[2]) :]]
+
+
+_lemmas = lru_cache(maxsize=1)(_Lemmas)
 
 
 @lru_cache(maxsize=1)

@@ -7,7 +7,6 @@ from functools import lru_cache
 from typing import Any
 
 import pyoxigraph
-from pyparsing import ParseResults
 from rdflib import BNode, Graph, URIRef, Variable
 from rdflib.term import Node
 
@@ -62,6 +61,8 @@ def reaches_out(text: str) -> str:
 
 def _clauses(part: Any) -> Iterator[str]:
     """The names of all clauses of a parsed query."""
+    from pyparsing import ParseResults  # slow, and most texts need no parsing
+
     if isinstance(part, dict):
         yield str(getattr(part, "name", ""))
         part = list(part.values())

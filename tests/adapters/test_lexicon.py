@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.adapters.lexicon import NoLexicon, WordNet
-from adaptbot_cli.core.words import Lexicon, Related
+from adaptbot_cli.adapters.lexicon import TARGET, NoLexicon, WordNet, _open
+from adaptbot_cli.core.words import Lexicon, Related, Sense
 from adaptbot_cli.errors import LexiconError
-from adaptbot_cli.wordnet.build import TARGET
 
 ARTIFACT = frozenset({"noun.artifact"})
 FOOD = frozenset({"noun.food"})
@@ -122,6 +121,17 @@ def test_glosses_are_short_and_tell_senses_apart(wordnet: Lexicon) -> None:
     assert max(len(related.gloss) for related in wordnet.related("tool", ARTIFACT)) <= 60
 
 
+def test_the_senses_of_a_word_are_those_that_nltk_reads(wordnet: Lexicon) -> None:
+    reader = _open(TARGET)
+    lemmas = sorted(set(reader.all_lemma_names()))[::150]  # type: ignore[attr-defined]
+    inflected = [lemma + end for lemma in lemmas for end in ("", "s", "es", "ed", "ing", "men")]
+    odd = [line.split()[0] for line in (TARGET / "verb.exc").read_text().splitlines()[::20]]
+
+    for word in (*inflected, *odd, "knives", "loaves", "women", "", " ", "omitted_sense"):
+        theirs = [Sense(s.form, s.synset.lexname()) for s in reader.senses(word)]
+        assert wordnet.senses(word) == tuple(dict.fromkeys(theirs)), word
+
+
 def test_a_missing_folder_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(LexiconError, match="Cannot read .*lexnames"):
         WordNet(tmp_path).related("skillet", ARTIFACT)
@@ -157,9 +167,9 @@ def refuse(event, arguments):
         raise RuntimeError(f"network: {event}")
 
 sys.addaudithook(refuse)
-from adaptbot_cli.adapters.lexicon import WordNet
-from adaptbot_cli.wordnet.build import TARGET
+from adaptbot_cli.adapters.lexicon import TARGET, WordNet
 lexicon = WordNet()
+assert lexicon.senses("skillets")
 assert not any(name.partition(".")[0] == "nltk" for name in sys.modules)
 found = lexicon.related("skillet", frozenset({"noun.artifact"}))
 import nltk.data

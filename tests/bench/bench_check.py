@@ -53,7 +53,7 @@ def test_load(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None
     workspace = Workspace(tmp_path / "none")
 
     def load() -> None:
-        reading._domain.cache_clear()  # a pack read again in one process is remembered
+        reading._examined.cache_clear()  # a pack read again in one process is remembered
         session.load(workspace, "kitchen")
 
     benchmark.pedantic(load, rounds=10, warmup_rounds=1)

@@ -1,66 +1,114 @@
-"""Homes of any size, made from the classes and properties of a domain, whatever they are called."""
+"""Homes of any size, made from the classes, properties and names of a domain, whatever they are.
+
+As in a real home, what is true of things differs and is not always known, a few places hold most
+things, rooms and appliances come several times, and names repeat: numbered (`cup_2`) within a
+class, the same in different classes, with another name now and then.
+"""
 
 from collections.abc import Iterator
-from itertools import cycle, islice
+from random import Random
 
-from rdflib import XSD
+from rdflib import RDF, XSD, URIRef
 
-from adaptbot_cli.adapters.store.reading import load_domain
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.domain import Domain, Kind, Property
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.terms import local
 
-FEW_ARE_PLACES = 50
+FEW_ARE_PLACES = 40
 """One thing in so many is of a class that others are in."""
+KNOWN, TRUE, ALSO_CALLED, TWICE = 0.85, 0.3, 0.05, 0.1
+"""How likely a value is known, a known one true; a thing has another name, or another's name."""
+FACTS_A_THING = 7
+"""About how many facts a thing of the kitchen has."""
 
 Fact = tuple[str, str, str]  # which graph, predicate and value as Turtle
 
 
-def grown(files: dict[str, bytes], size: int) -> dict[str, bytes]:
-    """Return a pack with `size` more things: the same ones every time."""
-    domain = load_domain(files, "grown")
+def grown(files: dict[str, bytes], size: int, seed: int = 1) -> dict[str, bytes]:
+    """Return a pack with `size` more things: the same ones every time, in alphabetical order."""
+    home = _Growing(load_kg(files, "grown"), Random(seed))
     blocks: dict[str, list[str]] = {"attribute": [], "state": []}
-    places: list[tuple[str, Kind]] = []
-    for number, kind in enumerate(islice(_kinds(domain), size), start=1):
-        name = f"{local(kind.iri)}_no_{number}"
-        facts = list(_facts(domain, kind, name, places))
+    for name, facts in sorted(home.thing() for _ in range(size)):
         for graph, found in blocks.items():
-            lines = [f"{verb} {value} ;" for home, verb, value in facts if home == graph]
+            lines = [f"{verb} {value}" for at, verb, value in facts if at == graph]
             if lines:
-                head = f"<{domain.namespace}{name}> "
-                found.append(head + "\n    ".join(lines) + "\n.\n")
-        if not domain.places.isdisjoint(kind.supers):
-            places.append((name, kind))
+                found.append(f"{name} " + " ;\n    ".join(lines) + " ;\n.\n")
+    attributes, states = ("\n" + "\n".join(found) for found in blocks.values())
     return {
         **files,
-        "attributes.ttl": files["attributes.ttl"]
-        + ("\n" + "\n".join(blocks["attribute"])).encode(),
-        "state.ttl": files["state.ttl"] + ("\n" + "\n".join(blocks["state"])).encode(),
+        "attributes.ttl": files["attributes.ttl"] + attributes.encode(),
+        "state.ttl": files["state.ttl"] + states.encode(),
     }
 
 
-def _kinds(domain: Domain) -> Iterator[Kind]:
-    """Classes in turn; those of places come seldom, as in a home."""
-    places = [kind for kind in domain.teachable if not domain.places.isdisjoint(kind.supers)]
-    things = cycle([kind for kind in domain.teachable if kind not in places])
-    rooms = cycle(places)
-    for number in cycle(range(FEW_ARE_PLACES)):
-        yield next(rooms) if number == 0 else next(things)
+class _Growing:
+    """A home to which things are added one by one."""
 
+    def __init__(self, kg: Kg, random: Random) -> None:
+        self.domain: Domain = kg.domain
+        self.random = random
+        self.count = 0
+        self.named: dict[tuple[str, URIRef], int] = {}
+        self.last = ""
+        self.places: dict[URIRef, list[str]] = {}
+        self.nouns: dict[URIRef, list[str]] = {}
+        for kind in self.domain.teachable:
+            bearers = [thing for thing in kg.instances([kind.iri]) if kg.is_of(thing, kind)]
+            self.nouns[kind.iri] = [kg.name(thing) for thing in bearers] or [local(kind.iri)]
+            for thing in bearers:
+                self._enter(kind, self._written(thing))
+                self.named[kg.name(thing), kind.iri] = 1
+        holding = [k for k in self.domain.teachable if not self.domain.places.isdisjoint(k.supers)]
+        self.kinds = [k for k in self.domain.teachable if k not in holding], holding
 
-def _facts(domain: Domain, kind: Kind, name: str, places: list[tuple[str, Kind]]) -> Iterator[Fact]:
-    yield "attribute", "a", f"<{kind.iri}>"
-    if kind.name_property is not None:
-        yield "attribute", f"<{kind.name_property}>", f'"{name}"'
-    for prop in (domain.properties[iri] for iri in kind.asks):
-        if prop.range == XSD.boolean:
-            yield prop.graph, f"<{prop.iri}>", "false"
-        elif prop.iri == kind.location_property:
-            yield from _place(domain, prop, places)
+    def thing(self) -> tuple[str, list[Fact]]:
+        """Return another thing with its facts."""
+        self.count += 1
+        things, holding = self.kinds
+        kind = self.random.choice(things if self.count % FEW_ARE_PLACES and things else holding)
+        name = self._name(kind)
+        written = self._written(URIRef(f"{self.domain.namespace}{local(kind.iri)}_{self.count}"))
+        facts = list(self._facts(kind, name))
+        self._enter(kind, written)
+        return written, facts
 
+    def _name(self, kind: Kind) -> str:
+        """Seldom the name of a thing of another class; else a common one, numbered."""
+        nouns = self.nouns[kind.iri]
+        name = nouns[int(len(nouns) * self.random.random() ** 2)]
+        if self.last and self.random.random() < TWICE and (self.last, kind.iri) not in self.named:
+            name = self.last
+        number = self.named[name, kind.iri] = self.named.get((name, kind.iri), 0) + 1
+        self.last = f"{name}_{number}" if number > 1 else name
+        self.named[self.last, kind.iri] = max(1, self.named.get((self.last, kind.iri), 0))
+        return self.last
 
-def _place(domain: Domain, prop: Property, places: list[tuple[str, Kind]]) -> Iterator[Fact]:
-    """The newest place of a class that fits, so that each holds a few things."""
-    for name, kind in reversed(places[-10:]):
-        if prop.range in kind.supers:
-            yield prop.graph, f"<{prop.iri}>", f"<{domain.namespace}{name}>"
-            return
+    def _facts(self, kind: Kind, name: str) -> Iterator[Fact]:
+        yield "attribute", "rdf:type", self._written(kind.iri)
+        if kind.name_property is not None:
+            yield "attribute", self._written(kind.name_property), f'"{name}"'
+        if self.random.random() < ALSO_CALLED:
+            yield "attribute", "ab:alias", f'"number_{self.count}"'
+        for prop in (self.domain.properties[iri] for iri in kind.asks):
+            if prop.iri == kind.location_property:
+                yield from self._place(prop)
+            elif prop.range == XSD.boolean and self.random.random() < KNOWN:
+                truth = str(self.random.random() < TRUE).lower()
+                yield prop.graph, self._written(prop.iri), truth
+
+    def _place(self, prop: Property) -> Iterator[Fact]:
+        """A place of a class that fits: most things are in a few of them."""
+        fitting = self.places.get(prop.range, ())
+        if fitting:
+            place = fitting[int(len(fitting) * self.random.random() ** 3)]
+            yield prop.graph, self._written(prop.iri), place
+
+    def _enter(self, kind: Kind, written: str) -> None:
+        for above in self.domain.places.intersection(kind.supers):
+            self.places.setdefault(above, []).append(written)
+
+    def _written(self, iri: URIRef) -> str:
+        if iri.startswith(str(RDF)):
+            return f"rdf:{local(iri)}"
+        return f"ex:{iri.removeprefix(self.domain.namespace)}"

@@ -87,6 +87,7 @@ class Home:
         return {
             **kept,
             "HOME": str(self.folder),
+            "XDG_CACHE_HOME": f"{self.folder}.cache",
             "ADAPTBOT_WORKSPACE": str(self.workspace),
             "ADAPTBOT_MODEL": "library",
             "PYTHONPATH": str(ROOT),

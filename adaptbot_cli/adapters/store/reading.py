@@ -8,12 +8,12 @@ import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store import files, turtle
+from adaptbot_cli.adapters.store import domains, files, turtle
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.misnamed import lacking
-from adaptbot_cli.core.pack import Sources, examine_domain, read_domain, with_tasks
+from adaptbot_cli.core.pack import Sources, examine_domain, with_tasks
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
 from adaptbot_cli.errors import KnowledgeError, PackError
 
@@ -46,18 +46,23 @@ def load_domain(files: Mapping[str, bytes], where: str) -> Domain:
     for name in (*DOMAIN_FILES, *FACT_FILES):
         if name not in files:
             raise KnowledgeError(f"{where} lacks {name}; a domain has five .ttl files")
-    return _domain(where, *(files[name] for name in DOMAIN_FILES))
+    return _examined(where, *(files[name] for name in DOMAIN_FILES))[0]
 
 
 @lru_cache(maxsize=8)
-def _domain(where: str, domain: bytes, actions: bytes, tasks: bytes) -> Domain:
-    """Read a domain; a process that reads the same files again, as each commit does, need not."""
-    given = zip(DOMAIN_FILES, (domain, actions, tasks), strict=True)
-    sources = Sources(*(parse(data, f"{where}/{name}") for name, data in given))
-    try:
-        return read_domain(sources)
-    except PackError as error:  # it begins with the file's name
-        raise PackError(f"{where}/{error}") from error
+def _examined(where: str, *parts: bytes) -> tuple[Domain, list[str]]:
+    """Read a domain, and what is doubtful in it; nothing is read that was read before."""
+
+    def read() -> tuple[Domain, list[str]]:
+        given = zip(DOMAIN_FILES, parts, strict=True)
+        domain, notes = examine_domain(Sources(*(parse(d, f"{where}/{n}") for n, d in given)))
+        try:
+            notes.refuse()
+        except PackError as error:  # it begins with the file's name
+            raise PackError(f"{where}/{error}") from error
+        return domain, notes.sentences
+
+    return domains.kept(parts, read)
 
 
 def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:

@@ -25,18 +25,6 @@ class Sources:
     tasks: Graph
 
 
-def read_domain(sources: Sources) -> Domain:
-    """Read a domain pack.
-
-    Raises:
-        PackError: an entry lacks something or does not make sense; the message names file, entry
-            and what to do.
-    """
-    domain, notes = examine_domain(sources)
-    notes.refuse()
-    return domain
-
-
 def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
     """Read a domain pack with all its faults; with one, the domain is good for checks only."""
     notes = Notes()

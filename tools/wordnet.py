@@ -1,8 +1,8 @@
 """Builds the shipped copy of WordNet from an installed WordNet 3.0.
 
-Usage: python -m adaptbot_cli.wordnet.build SOURCE_DICT_DIR [TARGET_DIR]
+Usage: python tools/wordnet.py SOURCE_DICT_DIR [TARGET_DIR]
 
-The README beside this file says what is kept and why.
+adaptbot_cli/wordnet/README.md says what is kept and why.
 """
 
 import sys
@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
-TARGET: Final = Path(__file__).parent / "data" / "corpora" / "wordnet"
-CHECKSUMS: Final = "CHECKSUMS"
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from adaptbot_cli.adapters.lexicon import CHECKSUMS, OMITTED_FIELD, TARGET
+
 MAX_GLOSS: Final = 60
 
 # Part of speech -> suffix of its files; only the first two are filled.
@@ -33,9 +35,8 @@ adj.ppl
 """
 FIELDS: Final = tuple(LEXICOGRAPHER_FILES.split())
 
-# Not one of WordNet's: the field of the one synset that stands for every sense left out, so that
-# a lemma's remaining senses keep the numbers WordNet gave them.
-OMITTED_FIELD: Final = "omitted"
+# Not one of WordNet's: the one synset that stands for every sense left out, so that a lemma's
+# remaining senses keep the numbers WordNet gave them.
 OMITTED_WORD: Final = "omitted_sense"
 OMITTED_GLOSS: Final = "a sense of WordNet 3.0 that this copy leaves out"
 

@@ -1,1 +1,0 @@
-"""A trimmed copy of WordNet 3.0, and the script that builds it."""
