@@ -1,5 +1,6 @@
 """What changed between two versions of a home's knowledge, fact by fact and by name."""
 
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
@@ -142,7 +143,7 @@ class Words:
     def also(self, facts: Iterable[Triple]) -> "Words":
         """Return words that also know the names in further facts."""
         more = Words.of(self.domain, facts).names
-        return Words(self.domain, {**more, **self.names})
+        return Words(self.domain, ChainMap(self.names, more))  # type: ignore[arg-type]
 
     def name(self, node: Node) -> str:
         """Return a thing's name, a class's label, or the end of an IRI."""

@@ -77,6 +77,7 @@ class _Sorting:
     accepted: set[Triple] = field(default_factory=set)
     left_out: dict[Triple, str] = field(default_factory=dict)
     kinds: dict[Node, set[Node]] = field(default_factory=dict)
+    named: set[tuple[Node, Node]] = field(default_factory=set)
 
     def sort(self) -> None:
         """Decide on every fact: what a thing is comes first, for the rest rests on it."""
@@ -88,6 +89,10 @@ class _Sorting:
         for subject, predicate, value in self.facts:
             if predicate == RDF.type and value in self.domain.kinds:
                 told.setdefault(subject, set()).add(value)
+        names = self.domain.name_properties()
+        self.named = {
+            (s, p) for facts in (self.base, self.facts) for s, p, _ in facts if p in names
+        }
         refused = {s: why for s in told if (why := self._misfit(s, told[s], known.get(s, set())))}
         kinds = {s: known.get(s) or told[s] for s in told if s not in refused}
         self.kinds = {**known, **kinds}
@@ -110,8 +115,7 @@ class _Sorting:
             now = " and ".join(sorted(a(label[k].label) for k in told if k in label))
             return f"{local(subject)} is {was} here and {now} there"
         named_by = {kind.name_property for k in told for kind in [label[k]] if kind.name_property}
-        named = {p for s, p, _ in self.base | self.facts if s == subject and p in named_by}
-        if named_by and not named:
+        if named_by and not any((subject, p) in self.named for p in named_by):
             return f"{local(subject)} has no name"
         return ""
 

@@ -74,7 +74,8 @@ def variants(name: str) -> tuple[str, ...]:
 def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6) -> list[str]:
     """Return the known names most like `name`, best first; ties by name."""
     wanted = normal(name)
-    scored = ((_likeness(wanted, normal(other)), other) for other in known)
+    likely = ((other, own) for other in known if _may_be_like(wanted, own := normal(other), floor))
+    scored = ((_likeness(wanted, own), other) for other, own in likely)
     good = sorted((-score, other) for score, other in scored if score >= floor)
     return [other for _, other in good[:limit]]
 
@@ -109,6 +110,14 @@ class Spellings(Generic[T]):
 def _pairs(name: str) -> set[str]:
     text = f"_{normal(name)}_"
     return {text[n : n + 2] for n in range(len(text) - 1)}
+
+
+def _may_be_like(one: str, other: str, floor: float) -> bool:
+    """Whether two names share a word, or letters enough: what most do not is seen at once."""
+    if ("_" in one or "_" in other) and not set(one.split("_")).isdisjoint(other.split("_")):
+        return True
+    shared = sum(map(one.__contains__, other))
+    return 2 * min(shared, len(one)) >= floor * (len(one) + len(other))
 
 
 def _likeness(one: str, other: str) -> float:

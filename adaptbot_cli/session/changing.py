@@ -71,12 +71,13 @@ def judge(home: Home, delta: Delta) -> None:
 
 def keeper(home: Home) -> "Keeper":
     """Make the workspace ready; return what commits changes that are no run's."""
-    from adaptbot_cli.adapters.store.keeper import Keeper, Origin, start
+    from adaptbot_cli.adapters.store.keeper import Held, Keeper, Origin, start
 
     root, domain = home.workspace.root, home.domain
     home.workspace.folder(domain)  # a domain that is not there makes no workspace
-    start(root, domain, partial(home.workspace.first_files, domain), _now)
-    return Keeper(root, domain, Origin("none", "", _now))
+    begun = start(root, domain, partial(home.workspace.first_files, domain), _now)
+    held = Held(f"kg/{domain}", begun.files, begun.kg)
+    return Keeper(root, domain, Origin("none", "", _now), held)
 
 
 def _now() -> datetime:

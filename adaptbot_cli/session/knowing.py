@@ -1,12 +1,13 @@
 """What is known of a home, by whom it was taught, and how it changed: reading only."""
 
+from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import Changes, Words
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import SCHEMA, Triple
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.workspace import Workspace
@@ -56,12 +57,42 @@ class Home:
         return self.versions
 
     @cached_property
+    def _files(self) -> dict[str, bytes]:
+        return self.workspace.files(self.domain)
+
+    @cached_property
     def facts(self) -> frozenset[Triple]:
         """The single facts of the files as they are now, those about taught actions too."""
         from adaptbot_cli.adapters.store.versions import facts_of
 
-        files = self.workspace.files(self.domain)
-        return facts_of(files)
+        return facts_of(self._files)
+
+    @cached_property
+    def _of_actions(self) -> frozenset[Triple]:
+        """Those of the files that hold no facts of things."""
+        from adaptbot_cli.adapters.store.reading import FACT_FILES
+        from adaptbot_cli.adapters.store.versions import facts_of
+
+        return facts_of({n: data for n, data in self._files.items() if n not in FACT_FILES})
+
+    def matching(
+        self, subject: "Node | None" = None, predicate: "Node | None" = None
+    ) -> set[Triple]:
+        """Return those of `facts` with a subject or a predicate, without reading all of them.
+
+        The graph has values in the engine's canonical form; where a file may have another, as 1.50
+        for 1.5, all are read after all.
+        """
+        from adaptbot_cli.adapters.store.reading import FACT_FILES
+
+        found = set(self.kg.facts.triples((subject, predicate, None)))
+        found -= set(self.kg.graph(SCHEMA))
+        exact = not any(b"^^" in self._files[name] for name in FACT_FILES)
+        if exact and all(_is_canonical(value) for _, _, value in found):
+            return found | {
+                t for t in self._of_actions if subject in (None, t[0]) and predicate in (None, t[1])
+            }
+        return {t for t in self.facts if subject in (None, t[0]) and predicate in (None, t[1])}
 
     @cached_property
     def pack(self) -> frozenset[Triple]:
@@ -75,7 +106,35 @@ class Home:
     @cached_property
     def words(self) -> Words:
         """Names and labels, as they are now and as the bundled domain had them."""
-        return Words.of(self.kg.domain, self.facts, self.pack)
+        domain, pack = self.kg.domain, Words.of(self.kg.domain, self.pack)
+        here = Words.of(domain, self._of_actions)
+        return Words(domain, ChainMap(_Names(self.kg), here.names, pack.names))  # type: ignore[arg-type]
+
+
+class _Names(Mapping["Node", str]):
+    """The names of a graph's things, looked up one by one."""
+
+    def __init__(self, kg: "Kg") -> None:
+        self.kg = kg
+
+    def __getitem__(self, node: "Node") -> str:
+        found = next((n for p in self.kg.named_by for n in self.kg.store.objects(node, p)), None)
+        if found is None:
+            raise KeyError(node)
+        return str(found)
+
+    def __iter__(self) -> "Iterator[Node]":
+        return (s for p in self.kg.named_by for s in self.kg.store.subjects(p))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def _is_canonical(value: "Node") -> bool:
+    """Whether a value is one that a file can only write in the engine's own form."""
+    from rdflib import XSD, Literal
+
+    return not isinstance(value, Literal) or value.datatype in (None, XSD.string, XSD.boolean)
 
 
 def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str, str, Words]:
@@ -87,6 +146,8 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     Raises:
         KnowledgeError: there is no such version.
     """
+    from rdflib import URIRef
+
     from adaptbot_cli.adapters.store.versions import facts_of
 
     versions = home.needed()
@@ -100,7 +161,10 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
         files_a = versions.files(a)
     files_b = versions.files(b)
     changes = versions.between(files_a, files_b)
-    words = home.words.also(facts_of(files_a)).also(facts_of(files_b))
+    words = home.words
+    nodes = {node for t in changes.delta.removed | changes.delta.added for node in (t[0], t[2])}
+    if any(node not in words.names for node in nodes if isinstance(node, URIRef)):
+        words = words.also(facts_of(files_a)).also(facts_of(files_b))
     return changes, a, b or WORKING, words
 
 
@@ -186,7 +250,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     from adaptbot_cli.core import describing
 
     wanted = known_as(home, name)
-    facts = {t for t in home.facts if t[0] in wanted} or _told_of(home, name)
+    facts = {t for thing in wanted for t in home.matching(thing)} or _told_of(home, name)
     if not facts and not wanted:
         for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
             if known_as(home, name[:cut]):
@@ -221,10 +285,10 @@ def _told_of(home: Home, name: str) -> set[Triple]:
     from adaptbot_cli.core.names import normal
     from adaptbot_cli.core.terms import AB
 
-    predicates = {AB.absentItem, AB.absentAction, AB.alias}
-    found = {t for t in home.facts if t[1] in predicates and str(t[2]) == normal(name)}
+    said = (t for p in (AB.absentItem, AB.absentAction, AB.alias) for t in home.matching(None, p))
+    found = {t for t in said if str(t[2]) == normal(name)}
     parts = {t[0] for t in found if t[1] == AB.alias}
-    return found | {t for t in home.facts if t[0] in parts or t[2] in parts}
+    return found | {t for t in home.facts if t[0] in parts or t[2] in parts} if parts else found
 
 
 def called(prop: str, predicate: "Node", words: Words) -> bool:
@@ -238,7 +302,7 @@ def called(prop: str, predicate: "Node", words: Words) -> bool:
 def _properties(home: Home, wanted: "frozenset[Node]") -> str:
     from adaptbot_cli.core.terms import local
 
-    found = sorted({local(p) for s, p, _ in home.facts if s in wanted})
+    found = sorted({local(p) for thing in wanted for _, p, _ in home.matching(thing)})
     return ", ".join(found) or "none yet"
 
 

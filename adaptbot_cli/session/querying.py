@@ -40,10 +40,9 @@ def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
 
     text = _kept_in(text)
     kg = load(home.workspace, home.domain, files) if files else home.kg
-    graphs = {str(name): set(kg.graph(name)) for name in (ATTRIBUTES, STATES, SCHEMA)}
     if form_of(text) == "update":
         raise UsageError("this is an update, which would change the graph: --update makes it")
-    return within(lambda: ask(graphs, text, prefixes(home)), "this query", _SECONDS)
+    return within(lambda: ask(kg.engine, text, prefixes(home)), "this query", _SECONDS)
 
 
 def update(home: Home, text: str) -> Proposal:
@@ -120,6 +119,8 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
 
 def _unmet(home: Home, delta: Delta) -> tuple[str, ...]:
     """Say which tasks would need what is not here any more."""
+    if not delta.removed:
+        return ()
     now = after(home, delta)
     tasks = [
         task.name

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rdflib import RDF, Literal, URIRef
+from rdflib import RDF, RDFS, Literal, URIRef
 
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import fact_faults, faults
 from adaptbot_cli.core.faults import new_faults as new_faults_of
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import AB, Triple
 from adaptbot_cli.resources import bundled
 from tests.properties import examples
 from tests.worlds import W, changed, facts, workshop
@@ -150,6 +150,7 @@ def test_any_change_is_judged_as_the_whole_graph_is(data: st.DataObject) -> None
     there = sorted(facts(kg), key=str)
     things = [entity(n) for n in ("board", "plank", "vase", "drill", "bench", "cupboard", "ghost")]
     verbs = [RDF.type, *(entity(n) for n in ("drillable", "in", "called", "hasDoor", "on", "odd"))]
+    verbs += [AB.alias, AB.odd, RDFS.subClassOf]
     values = [*things, Literal(True), Literal(False), Literal("x"), entity("part"), entity("tool")]
     new = st.tuples(st.sampled_from(things), st.sampled_from(verbs), st.sampled_from(values))
     delta = Delta(

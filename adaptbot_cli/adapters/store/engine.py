@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import pyoxigraph
 from rdflib.term import Node
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store.turtle import BOM, blaming, engine, engine_term, serialize
+from adaptbot_cli.adapters.store.turtle import BOM, blaming, engine_term, serialize
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import in_order, unknown_prefixes
 from adaptbot_cli.core.terms import Triple, kept, local, node_of, triple_of
@@ -101,22 +101,19 @@ class Answered:
     json: str = ""
 
 
-def ask(
-    graphs: Mapping[str, Collection[Triple]], query: str, prefixes: Mapping[str, str]
-) -> Answered:
-    """Answer a SPARQL query over named graphs, all of which the default graph holds too.
+def ask(store: pyoxigraph.Store, query: str, prefixes: Mapping[str, str]) -> Answered:
+    """Answer a SPARQL query over a store's named graphs, which the default graph is the union of.
 
     Raises:
         UsageError: it is no valid query.
     """
-    store = _store(graphs)
     try:
-        found: Any = store.query(query, prefixes=dict(prefixes))
+        found = _asked(store, query, prefixes)
         if isinstance(found, pyoxigraph.QuerySolutions):
             # The engine gives the columns of SELECT * by the alphabet; rows are made when read.
             ordered = in_order(query, (variable.value for variable in found.variables))
             if ordered != query:
-                found = store.query(ordered, prefixes=dict(prefixes))
+                found = _asked(store, ordered, prefixes)
         if isinstance(found, pyoxigraph.QueryTriples):
             return Answered(graph=frozenset(triple_of(triple) for triple in found))
         form = pyoxigraph.QueryResultsFormat.JSON
@@ -160,13 +157,8 @@ def update(
     return found - schema
 
 
-def _store(graphs: Mapping[str, Collection[Triple]]) -> pyoxigraph.Store:
-    store = pyoxigraph.Store()
-    for name, triples in graphs.items():
-        graph = pyoxigraph.NamedNode(name)
-        for place in (graph, pyoxigraph.DefaultGraph()):
-            store.extend(pyoxigraph.Quad(*engine(triple), place) for triple in triples)
-    return store
+def _asked(store: pyoxigraph.Store, query: str, prefixes: Mapping[str, str]) -> Any:
+    return store.query(query, prefixes=dict(prefixes), use_default_graph_as_union=True)
 
 
 def _value(value: Any) -> Node | None:

@@ -5,7 +5,7 @@ never mix with them. Edits with faults of their own are left out of both, for th
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +24,6 @@ from adaptbot_cli.adapters.store.reading import (
     parse,
     paths_of,
     read_files,
-    triples,
 )
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
 from adaptbot_cli.adapters.store.turtle import parsed, rewrite, statements, tokens
@@ -54,12 +53,14 @@ class Origin:
 class Start:
     """The revision of a workspace, the files edited by hand since, and the graph of both.
 
-    `notes` are sentences for the person: what a recovery did, what is left unread.
+    `files` are those that the graph was loaded from; `notes` are sentences for the person: what a
+    recovery did, what is left unread.
     """
 
     revision: str | None
     edited: tuple[str, ...]
     kg: Kg
+    files: dict[str, bytes]
     notes: tuple[str, ...] = ()
 
 
@@ -86,14 +87,19 @@ class Held:
         Raises:
             KnowledgeError: a term cannot be written in Turtle.
         """
-        parts = _parts(change)
-        found = {}
+        parts, found = _parts(change), {}
+        old: dict[str, list[Triple]] = {}
+        new: dict[str, list[Triple]] = {}
+        for triple in sorted(change.removed):
+            for name in self._files_of(triple, parts):
+                old.setdefault(name, []).append(triple)
+        for triple in sorted(change.added):
+            new.setdefault(self._file_of(triple, parts), []).append(triple)
         for name in (*FACT_FILES, _ACTIONS):
-            old = [t for t in sorted(change.removed) if name in self._files_of(t, parts)]
-            new = [t for t in sorted(change.added) if self._file_of(t, parts) == name]
-            if old or new:
+            if name in old or name in new:
                 text = self.files[name].decode("utf-8")
-                edited = rewrite(text, old, new, f"{self.where}/{name}")
+                where = f"{self.where}/{name}"
+                edited = rewrite(text, old.get(name, ()), new.get(name, ()), where)
                 if edited != text:
                     found[name] = edited.encode("utf-8")
         return found
@@ -158,7 +164,7 @@ class Keeper:
     root: Path
     domain: str
     origin: Origin
-    _held: Held | None = field(default=None)
+    held: Held | None = None
 
     @property
     def _where(self) -> str:
@@ -216,9 +222,9 @@ class Keeper:
         repo = Repo.open_or_init(self.root)
         with repo.writing():
             found = read_files(self.root / self._where, self.root)
-            if self._held is None or self._held.files != found:
-                self._held = Held.of(found, self._where)
-            held = self._held
+            if self.held is None or self.held.files != found:
+                self.held = Held.of(found, self._where)
+            held = self.held
             changed = held.after(change)
             broken = held.new_faults(change, changed) if changed else []
             if broken:
@@ -291,14 +297,9 @@ def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
 
 def faults_of(now: Held, before: Held | None) -> list[str]:
     """What is wrong with a domain's files that was not yet wrong before."""
-    found = [*map(str, faults(now.kg)), *_misplaced(now)]
-    old = set() if before is None else {*map(str, faults(before.kg)), *_misplaced(before)}
+    found = [*map(str, faults(now.kg)), *misplaced(now.kg)]
+    old = set() if before is None else {*map(str, faults(before.kg)), *misplaced(before.kg)}
     return [fault for fault in found if fault not in old]
-
-
-def _misplaced(held: Held) -> Iterator[str]:
-    graphs = {name: triples(held.files[name], f"{held.where}/{name}") for name in FACT_FILES}
-    return misplaced(graphs, held.kg.domain)
 
 
 def edit_faults(repo: Repo, domain: str) -> list[str]:
@@ -355,7 +356,7 @@ def start(
             contents = {**new, **{path: disk.read(root, path) for path in unknown}}
             repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
         edited = tuple(repo.dirty(paths_of(domain)))
-        return Start(repo.head(), edited, kg, tuple(_notes(repo, found)))
+        return Start(repo.head(), edited, kg, found, tuple(_notes(repo, found)))
 
 
 def _notes(repo: Repo, found: Mapping[str, bytes]) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -87,25 +87,38 @@ def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str], list[
     The graph is None if the files hold none; with faults it is good for further checks only.
     """
     graphs: dict[str, Graph] = {}
-    found: list[str] = []
+    store, found = pyoxigraph.Store(), list[str]()
     for name in (*DOMAIN_FILES, *FACT_FILES):
         try:
-            graphs[name] = _readable(files, name)
+            _readable(files, name)
+            if name in FACT_FILES:
+                _fill(store, files[name], name, FACT_FILES[name])
+            else:
+                graphs[name] = parse(files[name], name)
         except KnowledgeError as error:
-            found.append(str(error))
+            unread = "no valid Turtle" in str(error)
+            found.append(f"{error}; correct it there or just before" if unread else str(error))
     if "domain.ttl" not in graphs:
         return None, found, []
-    parts = [graphs.get(name, Graph()) for name in DOMAIN_FILES]
-    domain, notes = examine_domain(Sources(*parts))
-    found += notes.sentences
-    if len(graphs) < len(DOMAIN_FILES) + len(FACT_FILES):
+    whole = not found
+    domain, doubts = _domain_of(files, graphs)
+    found += doubts
+    if not whole:
         return None, found, []
-    kg = Kg.load(domain, graphs["attributes.ttl"], graphs["state.ttl"])
-    found += misplaced(graphs, domain)
-    return kg, [*found, *map(str, faults(kg))], list(lacking(kg))
+    kg = Kg.over(domain, store)
+    return kg, [*found, *misplaced(kg), *map(str, faults(kg))], list(lacking(kg))
 
 
-def _readable(files: Mapping[str, bytes], name: str) -> Graph:
+def _domain_of(files: Mapping[str, bytes], graphs: Mapping[str, Graph]) -> tuple[Domain, list[str]]:
+    """A domain that may have faults, and sentences about them."""
+    try:
+        return _examined("", *(files.get(name, b"") for name in DOMAIN_FILES))
+    except KnowledgeError:
+        domain, notes = examine_domain(Sources(*(graphs.get(n, Graph()) for n in DOMAIN_FILES)))
+        return domain, notes.sentences
+
+
+def _readable(files: Mapping[str, bytes], name: str) -> None:
     if name not in files:
         raise KnowledgeError(f"{name}: is missing; write it, a domain has five .ttl files")
     try:
@@ -114,22 +127,17 @@ def _readable(files: Mapping[str, bytes], name: str) -> Graph:
         line = files[name].count(b"\n", 0, error.start) + 1
         told = f"{name}, line {line}: is no UTF-8 text; save the file as UTF-8"
         raise KnowledgeError(told) from error
-    try:
-        return parse(files[name], name)
-    except KnowledgeError as error:
-        raise KnowledgeError(f"{error}; correct it there or just before") from error
 
 
-def misplaced(graphs: Mapping[str, Iterable[Triple]], domain: Domain) -> Iterator[str]:
+def misplaced(kg: Kg) -> Iterator[str]:
     """Give a sentence for each property of a thing that stands in the file of the other graph."""
-    other = {"attribute": "attributes.ttl", "state": "state.ttl"}
-    for file in FACT_FILES:
-        for subject, predicate in sorted({(s, p) for s, p, _ in graphs[file]}):
-            prop = domain.properties.get(predicate)  # type: ignore[call-overload]
-            home = "attributes.ttl" if prop is None else other.get(prop.graph, file)
-            if home != file and (prop is not None or predicate == RDF.type):
-                told = f"{local(predicate)} does not belong here"
-                yield f"{file}, entry {local(subject)}: {told}; move it to {home}"
+    attributes, states = FACT_FILES
+    classes = {(s, p) for s, p, _ in kg.graph(STATES).triples((None, RDF.type, None))}
+    for home, file, at in ((states, attributes, STATES), (attributes, states, ATTRIBUTES)):
+        astray = {(s, p) for s, p, _ in kg.strays if kg.home_of(p) == at}
+        for subject, predicate in sorted(astray | (classes if file == states else set())):
+            told = f"{local(predicate)} does not belong here"
+            yield f"{file}, entry {local(subject)}: {told}; move it to {home}"
 
 
 def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[Triple]]:

@@ -11,6 +11,7 @@ without the comments inside them; all other text stays to the byte.
 """
 
 import re
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import pairwise
@@ -288,12 +289,14 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         )
     fresh = Writer(scope.prefixes, newline)
     places = [place for place in order if place.start not in dropped]
-    sorted_ = all(a.head <= b.head for a, b in pairwise(places))
+    heads = [place.head for place in places]
+    sorted_ = all(a <= b for a, b in pairwise(heads))
     for subject in sorted((s for s in new if s not in found), key=fresh.term):
         block, name = fresh.block(subject, new[subject]), fresh.term(subject)
-        before = [place for place in places if place.head < name] if sorted_ else places
+        before = bisect_left(heads, name) if sorted_ else len(places)
         if before:
-            edits.append((before[-1].end, before[-1].end, f"{newline * 2}{block}"))
+            end = places[before - 1].end
+            edits.append((end, end, f"{newline * 2}{block}"))
         elif places:
             edits.append((places[0].start, places[0].start, f"{block}{newline * 2}"))
         else:
@@ -305,12 +308,14 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         at = head_end if head_end is not None else 0
         told = f"{newline}{lines}" if head_end is not None else f"{lines}{newline * 2}"
         edits.insert(0, (at, at, told))
-    # From the end on; of those at one place the first of the list comes first.
-    for start, end, now in sorted(edits, key=lambda edit: edit[:2])[::-1]:
+    # Of those at one place the first of the list comes first.
+    parts, at = [text[: len(text) - len(body)]], 0
+    for start, end, now in sorted(edits, key=lambda edit: edit[:2]):
         # Behind "5." a name would be read as an exponent.
         glued = now and start and not (body[start - 1].isspace() or now[0].isspace())
-        body = body[:start] + (newline if glued else "") + now + body[end:]
-    return text[: len(text) - len(text.removeprefix(BOM))] + body
+        parts += [body[at:start], newline if glued else "", now]
+        at = end
+    return "".join((*parts, body[at:]))
 
 
 def _edits(

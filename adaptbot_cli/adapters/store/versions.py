@@ -284,7 +284,9 @@ class Versions:
         """
         wanted = {_line_of(triple): triple for triple in facts}
         head = self.repo.head()
-        committed = facts_of(self.files(head)) if head else frozenset()
+        committed = frozenset(wanted.values())
+        if self.edited():
+            committed = facts_of(self.files(head)) if head else frozenset()
         found = {t: UNCOMMITTED for t in wanted.values() if t not in committed}
         left = {line for line, triple in wanted.items() if triple in committed}
         subjects = {line.partition(" ")[0] for line in left}
