@@ -4,7 +4,7 @@ from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import Any
 
-from rdflib import URIRef
+from rdflib import XSD, URIRef
 
 from adaptbot_cli.core import teach
 from adaptbot_cli.core.acts import by_hand, failure, lost, placed
@@ -109,6 +109,15 @@ def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
             name = normal(run.kg.name(entity))
             value = NO if need.value == TRUE else YES
             yield attribute_question(run.kg, name, prop, ""), value
+    # What a condition asks of an attribute that is known may be known wrongly.
+    asked = {p for c in last.bound.action.conditions for p in c.predicates}
+    props = [p for p in run.kg.domain.properties.values() if p.iri in asked]
+    for prop in (p for p in props if p.graph == "attribute" and p.range == XSD.boolean):
+        for entity in last.bound.values.values():
+            known = run.kg.value(entity, prop.iri)
+            if known is not None:
+                name = normal(run.kg.name(entity))
+                yield attribute_question(run.kg, name, prop, ""), NO if known == TRUE else YES
 
 
 def _denial(question: Question, value: str) -> str:
@@ -138,6 +147,6 @@ def _what_now(run: Run, acting: Acting, why: str) -> Question:
         about,
         f"{why}. What now?",
         last.step.call.action,
-        choices=tuple(choices),
+        choices=tuple(dict.fromkeys(choices)),
         notes=tuple(f"seen: {sentence}" for sentence in run.seen(3)),
     )

@@ -215,6 +215,12 @@ def test_the_person_says_that_a_thing_is_not_as_the_step_needs_it() -> None:
     assert played.result.verdict == "findings"
 
 
+def test_what_a_condition_asks_of_an_attribute_may_be_known_wrongly() -> None:
+    played = play(refuses(DONE[4], 3), answers={"failed board": "not battery drill"})
+    assert fact("drill", "battery", False) in played.kg.facts
+    assert played.result.verdict == "executable"
+
+
 def test_where_a_thing_is_that_is_missed_is_asked_and_it_is_fetched_from_there() -> None:
     missed = frozenset({fact("board", "in", "cupboard")})
     says = refuses(DONE[1], reason="the board is not in the cupboard", gone=missed)
