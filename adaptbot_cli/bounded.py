@@ -319,18 +319,6 @@ def check_graph(data: bytes, name: object, xml: bool = False) -> None:
         raise KnowledgeError(f"{name}: {problem}: so large a graph is not read")
 
 
-def check_query(text: str) -> None:
-    """Make sure that the engine can parse a query: it takes itself down with one nested too deep.
-
-    Raises:
-        ValueError: it is too long or nested too deep.
-    """
-    if len(text) > 20_000:
-        raise ValueError("it is longer than 20,000 characters")
-    if problem := _deep(text.encode("utf-8", "replace"), _TURTLE):
-        raise ValueError(problem)
-
-
 def _deep(data: bytes, tokens: re.Pattern[bytes]) -> str:
     """Say that brackets or elements are nested too deep, "" if they are not."""
     depth = 0
