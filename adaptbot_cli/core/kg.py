@@ -52,9 +52,8 @@ class _Known:
     names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
-    spellings: dict[tuple[str, ...], tuple[URIRef, ...]] = field(default_factory=dict)
-    heads: dict[str, tuple[URIRef, ...]] | None = None
-    folded: dict[str, tuple[URIRef, ...]] | None = None
+    keys: dict[tuple[object, ...], dict[object, list[URIRef]]] = field(default_factory=dict)
+    unnamed: list[URIRef] | None = None
     tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
     every: frozenset[str] | None = None
@@ -274,22 +273,40 @@ class Kg:
                     }
                     if found:
                         return tuple(sorted(found))
-        return next((self._folded[f] for f in map(folded, variants(name)) if f in self._folded), ())
+        for form in map(folded, variants(name)):
+            for predicates in (self.named_by, (AB.alias,)):
+                things = self._by_name(folded, predicates).get(form, ())
+                if alike := {thing for thing in things if self.classes(thing)}:
+                    return tuple(sorted(alike))
+        return ()
 
-    @property
-    def _folded(self) -> dict[str, tuple[URIRef, ...]]:
-        """The things by their names, and else their aliases, without accents and separators."""
-        if self._known.folded is None:
-            found: dict[str, set[URIRef]] = {}
-            for predicates in ((AB.alias,), self.named_by):
-                told = (fact for p in predicates for fact in self.store.subject_objects(p))
-                names: dict[str, set[URIRef]] = {}
-                for entity, text in told:
-                    if isinstance(entity, URIRef) and self.classes(entity):
-                        names.setdefault(folded(str(text)), set()).add(entity)
-                found |= names
-            self._known.folded = {name: tuple(sorted(things)) for name, things in found.items()}
-        return self._known.folded
+    def _by_name(
+        self, key: Callable[[str], object], predicates: tuple[URIRef, ...]
+    ) -> dict[object, list[URIRef]]:
+        """The things by what a function makes of their names: worked out once, from names alone."""
+        index = self._known.keys.get((key, predicates))
+        if index is None:
+            index = self._known.keys[key, predicates] = {}
+            for thing, name in self._named(predicates):
+                index.setdefault(key(name), []).append(thing)
+        return index
+
+    def _named(self, predicates: Iterable[URIRef]) -> Iterator[tuple[URIRef, str]]:
+        """Every thing with each of its names."""
+        for predicate in predicates:
+            for quad in self.engine.quads_for_pattern(None, term_of(predicate), None, None):
+                if isinstance(quad.subject, pyoxigraph.NamedNode):
+                    value: Any = quad.object
+                    yield URIRef(quad.subject.value), getattr(value, "value", str(value))
+
+    def _alike(self, key: Callable[[str], object], wanted: object) -> tuple[URIRef, ...]:
+        """The things of the domain's classes whose own names a function makes the same of."""
+        if self._known.unnamed is None:
+            named = {thing for thing, _ in self._named(self.named_by)}
+            self._known.unnamed = [t for t in self.instances(self.domain.kinds) if t not in named]
+        things = [*self._by_name(key, self.named_by).get(wanted, ()), *self._known.unnamed]
+        found = {t for t in things if self.classes(t) and key(self.name(t)) == wanted}
+        return tuple(sorted(found))
 
     def _called(self, text: str, predicate: URIRef) -> Iterator[URIRef]:
         value = pyoxigraph.Literal(text)
@@ -312,29 +329,19 @@ class Kg:
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
-        if not self._known.spellings:
-            for entity in self.instances(self.domain.kinds):
-                key = without_s(self.name(entity))
-                self._known.spellings[key] = (*self._known.spellings.get(key, ()), entity)
-        return self._known.spellings.get(without_s(name), ())
+        return self._alike(without_s, without_s(name))
 
     def with_head(self, word: str) -> tuple[URIRef, ...]:
         """Return the things whose names end in a word, as a cutting board does in board."""
-        if self._known.heads is None:
-            self._known.heads = {}
-            for entity in self.instances(self.domain.kinds):
-                for head in words(self.name(entity))[-1:]:
-                    self._known.heads[head] = (*self._known.heads.get(head, ()), entity)
-        return self._known.heads.get(word, ())
+        return self._alike(_head, (word,))
 
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with
         a name: those that share the most pairs of letters with it."""
         if self._known.alike is None:
             self._known.alike = Spellings()
-            for predicate in self.named_by:
-                for entity, text in self.store.subject_objects(predicate):
-                    self._known.alike.add(str(text), entity)
+            for entity, text in self._named(self.named_by):
+                self._known.alike.add(text, entity)
         wanted = frozenset(classes)
         found = (self.name(e) for e in self._known.alike.alike(name) if self.is_a(e, wanted))
         return list(islice(found, most))
@@ -356,8 +363,7 @@ class Kg:
     def names(self) -> frozenset[str]:
         """Return the names of all things."""
         if self._known.every is None:
-            found = (name for p in self.named_by for name in self.store.objects(None, p))
-            self._known.every = frozenset(map(str, found))
+            self._known.every = frozenset(name for _, name in self._named(self.named_by))
         return self._known.every
 
     def classes(self, entity: Node) -> frozenset[Node]:
@@ -524,6 +530,10 @@ def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
     for solution in solutions:
         values = ((name, solution[name]) for name in names)
         yield {name: node_of(value) for name, value in values if value is not None}
+
+
+def _head(name: str) -> tuple[str, ...]:
+    return words(name)[-1:]
 
 
 def _iri(kind: Kind) -> str:

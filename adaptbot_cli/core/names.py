@@ -19,16 +19,24 @@ def sound(text: str) -> str:
     return _SURROGATE.sub("\ufffd", text)
 
 
-@lru_cache(maxsize=4096)
+_NORMAL = re.compile(r"[a-z0-9]++(?:_[a-z0-9]++)*+")
+
+
 def normal(name: str) -> str:
     """Return the name in small letters with underscores: " Cutting-Board" as cutting_board."""
+    return name if _NORMAL.fullmatch(name) else _normal(name)
+
+
+@lru_cache(maxsize=4096)
+def _normal(name: str) -> str:
     text = sound(name).strip().lower().replace("\u2019", "'")
     return re.sub(r"[\s_\-]+", "_", text).strip("_")
 
 
-@lru_cache(maxsize=8192)
 def unaccented(name: str) -> str:
     """Return a name without the accents of its letters: saut\u00e9 as saute."""
+    if name.isascii():
+        return name
     parts = unicodedata.normalize("NFKD", sound(name))
     return unicodedata.normalize("NFC", "".join(c for c in parts if not unicodedata.combining(c)))
 

@@ -12,26 +12,11 @@ from adaptbot_cli.adapters.store import reading
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.workspace import Workspace
 from tests.asking import task_for
+from tests.bench.synthetic import PLAN
 from tests.bench.table import Table
 
 PUBLISHED_STEP = 0.5
 """Seconds a step, in the paper's published implementation."""
-
-PLAN = """\
-pick_up_rec("pot")
-put_down_rec("pot", "stove")
-pick_up_obj("water")
-pour_contents("water", "pot")
-switch("stove", "on")
-boil("water", "pot")
-pick_up_obj("tea")
-put_down_obj("tea", "pot")
-wait(3)
-switch("stove", "off")
-pick_up_rec("cup")
-put_down_rec("cup", "table")
-pour_contents("pot", "cup")
-"""
 
 
 def test_check_and_execute(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None:

@@ -29,8 +29,7 @@ from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, ex, learned
 from tests.asking import task_for
-from tests.bench.bench_check import PLAN
-from tests.bench.synthetic import grown
+from tests.bench.synthetic import PLAN, grown
 from tests.bench.table import Table
 
 SIZES = (1_000, 10_000, 100_000)

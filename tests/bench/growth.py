@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
-from tests.bench.synthetic import FACTS_A_THING, grown
+from tests.bench.synthetic import FACTS_A_THING, PLAN, grown
 
 Json = dict[str, Any]
 ANSWERS = "leek: {existence: exists, kind: object, obj_location: fridge}\n"
@@ -105,11 +105,7 @@ def measured(size: int, only: list[str], slow: set[str], patience: float) -> Ite
             (root / "kg" / "kitchen" / file).read_bytes().count(b" ;\n") for file in FACT_FILES
         )
         yield {"what": LOAD, "size": size, "facts": facts, **raw_load(root)}
-        plan = subprocess.run(
-            [sys.executable, "-c", "from tests.bench.bench_check import PLAN; print(PLAN)"],
-            check=True, capture_output=True, text=True, cwd=Path(__file__).parents[2],
-        )  # fmt: skip
-        (folder / "PLAN").write_text(plan.stdout)
+        (folder / "PLAN").write_text(PLAN)
         (folder / "ANSWERS").write_text(ANSWERS)
         given = root / "kg" / "kitchen"
         (folder / "GIVEN").write_bytes(
@@ -117,6 +113,7 @@ def measured(size: int, only: list[str], slow: set[str], patience: float) -> Ite
         )
         environment = {
             "PATH": os.environ["PATH"], "HOME": str(folder), "NO_COLOR": "1", "COLUMNS": "100",
+            "PYTHONPATH": str(Path(__file__).parents[2]),
         }  # fmt: skip
         for what, arguments in COMMANDS.items():
             if (only and what not in only) or what in slow:

@@ -22,6 +22,23 @@ KNOWN, TRUE, ALSO_CALLED, TWICE = 0.85, 0.3, 0.05, 0.1
 FACTS_A_THING = 7
 """About how many facts a thing of the kitchen has."""
 
+PLAN = """\
+pick_up_rec("pot")
+put_down_rec("pot", "stove")
+pick_up_obj("water")
+pour_contents("water", "pot")
+switch("stove", "on")
+boil("water", "pot")
+pick_up_obj("tea")
+put_down_obj("tea", "pot")
+wait(3)
+switch("stove", "off")
+pick_up_rec("cup")
+put_down_rec("cup", "table")
+pour_contents("pot", "cup")
+"""
+"""A plan that needs the bundled kitchen alone, whatever it has grown to: it makes tea."""
+
 Fact = tuple[str, str, str]  # which graph, predicate and value as Turtle
 
 

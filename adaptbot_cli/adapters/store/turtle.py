@@ -92,8 +92,28 @@ class Statement(NamedTuple):
         return self.head.lower() in ("@prefix", "@base", "@version", "prefix", "base", "version")
 
 
-def statements(text: str) -> Iterator[Statement]:
+# A block as the writer has it, or a prefix: no line of it but the last can end a statement.
+_LINE: Final = r"(?:[^\n.]++|\.(?![ \t\n]))*+\n"
+_BLOCK: Final = re.compile(
+    rf"(?:#[^\n]*\n|\n)*+(?P<all>(?P<head>@prefix) [^\n]* \.(?=\n)"
+    rf"|(?P<subject>[^\s#.@_(\['\"]\S*+) {_LINE}(?:    {_LINE})*+\.(?=\n))"
+)
+_BETWEEN: Final = re.compile(r"(?:#[^\n]*\n|\n)*+")
+
+
+def statements(text: str) -> Iterable[Statement]:
     """Find the statements and directives of a valid document, in order."""
+    found, end = [], 0
+    if '"""' not in text and "'''" not in text:
+        while block := _BLOCK.match(text, end):
+            end = block.end()
+            found.append(Statement(block["head"] or block["subject"], block.start("all"), end))
+        end = _BETWEEN.match(text, end).end()  # type: ignore[union-attr]
+    return found if found and end == len(text) else _read_statements(text)
+
+
+def _read_statements(text: str) -> Iterator[Statement]:
+    """The same for a document that is written in another way."""
     position = _SKIP.match(text).end()  # type: ignore[union-attr]
     while head := _TOKEN.match(text, position):
         directive = _SPARQL_DIRECTIVE.match(text, position)
