@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from adaptbot_cli.core.questions import KINDS
+
 ROOT = Path(__file__).parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/**/*.md")])
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
@@ -35,3 +37,13 @@ def test_links_and_named_files_of_a_page_exist(page: Path) -> None:
     if page.name != "CHANGELOG.md":  # which tells of files that were there once
         broken += [n for n in NAMED.findall(text) if not any((b / n).exists() for b in BASES)]
     assert not broken
+
+
+def test_the_kinds_of_questions_are_those_of_the_table() -> None:
+    rows = re.findall(r"^\| `(\w+)` \| (.+?) \| .+? \| (.+) \|$",
+                      (ROOT / "docs" / "questions.md").read_text(), re.MULTILINE)  # fmt: skip
+    assert [kind for kind, _, _ in rows] == list(KINDS)
+    for kind, raised, teaches in rows:
+        spec = KINDS[kind]  # type: ignore[index]
+        assert raised.startswith(spec.raised) and teaches == spec.teaches
+        assert set(spec.codes) == set(re.findall(r"E\d+", raised))

@@ -12,8 +12,10 @@ from adaptbot_cli.core.questions import (
     ABSENT,
     EDIT,
     EXISTS,
+    INSTEAD,
     LATER,
     NO,
+    SAME,
     UNKNOWN,
     YES,
     Answer,
@@ -95,7 +97,7 @@ class AnswersHuman:
     def _unfit(self, question: Question, problem: str, there_is: str) -> UsageError:
         choices = ", ".join(_choices(question).values())
         near = ", ".join(question.known[:3])
-        known = f", or is NAME with a known name, such as {near}" if near else ""
+        known = f", or is NAME or, this time only, instead NAME, such as is {near}" if near else ""
         return UsageError(f"{self.path}: {question.about}: {problem}; {there_is} {choices}{known}")
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool:
@@ -121,10 +123,8 @@ def _told(question: Question, told: dict[str, Any]) -> object:
 
 
 def _prop(question: Question) -> str:
-    """The key of a question: its property, else its kind. Which of two facts stands is told by its
-    kind, as its property has been told before; so is whether a plan is changed as offered."""
-    by_kind = question.kind in ("contradiction", "mend")
-    return question.kind if by_kind else question.prop or question.kind
+    """The key of a question: its property, else its kind."""
+    return question.kind if question.spec.by_kind else question.prop or question.kind
 
 
 def _listed(question: Question) -> str:
@@ -142,8 +142,8 @@ def _never(what: str, name: str, asked: Iterable[str]) -> str:
 def _choices(question: Question) -> dict[str, str]:
     """The values to choose from, by their normal form; "is" alone names nothing, nor does a file
     edit a plan."""
-    offered = [choice.value for choice in question.choices if choice.value not in ("is", EDIT)]
-    always = [] if question.kind == "existence" else [UNKNOWN]
+    offered = [c.value for c in question.choices if c.value not in (SAME, INSTEAD, EDIT)]
+    always = [UNKNOWN] if question.spec.unknown else []
     return {normal(value): value for value in (*offered, *always, LATER.value)}
 
 
@@ -155,10 +155,10 @@ def _meant(question: Question, value: object) -> str | None:
     if question.kind == "place" and said.startswith("new "):
         new = normal(said.removeprefix("new "))
         return f"new {new}" if new and new not in question.known else None
-    if said.startswith("is "):
-        known = {normal(name): name for name in question.known}
-        name = known.get(normal(said.removeprefix("is ")))
-        return None if name is None else f"is {name}"
+    verb, _, named = said.partition(" ")
+    if named and verb in (SAME, INSTEAD):
+        name = {normal(name): name for name in question.known}.get(normal(named))
+        return None if name is None else f"{verb} {name}"
     if not question.choices:
         return said
     words = {"true": YES, "false": NO}

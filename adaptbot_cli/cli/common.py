@@ -132,8 +132,12 @@ def console(stderr: bool = False) -> "Console":
 
 
 def terminal() -> "Console | None":
-    """Return the terminal that a person can be asked at, None if there is none."""
-    there = at_terminal(sys.stdin) and at_terminal(sys.stderr)
+    """Return the terminal that a person can be asked at, None if there is none.
+
+    With ADAPTBOT_PLAIN numbered lines are asked and answered, through a pipe too.
+    """
+    plain = os.environ.get("ADAPTBOT_PLAIN", "") not in ("", "0")
+    there = plain or (at_terminal(sys.stdin) and at_terminal(sys.stderr))
     return console(stderr=True) if there else None
 
 

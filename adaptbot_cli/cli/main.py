@@ -87,7 +87,7 @@ def options(
 
 def main() -> None:
     """Run the command line: errors as sentences, exit codes as documented."""
-    for stream in (sys.stdout, sys.stderr):
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console that has no ✓ shows a ?
     logging.getLogger("rdflib.term").disabled = True  # it warns with a traceback of odd values

@@ -31,9 +31,9 @@ _UNDONE = "what it brings about does not last"
 
 _ALL = "all"
 _AGREE = (
-    Choice(YES, "yes, do it"),
-    Choice(_ALL, "yes, and the rest without asking"),
-    Choice(NO, "no, stop here"),
+    Choice(YES, "yes, do it", key="y"),
+    Choice(_ALL, "yes, and the rest without asking", key="a"),
+    Choice(NO, "no, stop here", key="n"),
 )
 
 

@@ -23,7 +23,8 @@ def amended(run: Run, report: Report, why: Literal["asked", "open", "ready"]) ->
     """Offer one edit; return the plan checked again after it, the same if there was none.
 
     A plan that is rejected goes back to the planner with the reason. What it makes of that is
-    refused if it loses a required item, as after any other re-prompt.
+    refused if it loses a required item, as after any other re-prompt. The rejected one is not
+    carried out, if it comes to that.
     """
     edit: Edit | None = yield Amend(report, why, run.kg)
     if edit is None:
@@ -33,13 +34,12 @@ def amended(run: Run, report: Report, why: Literal["asked", "open", "ready"]) ->
         changes = (change for step in report.steps for change in step.changes)
         run.scene.agreed |= {normal(c.source) for c in changes if c.by in resolve.BY_WORDS}
         return (yield from _become(run, report, edited(edit, report, run.parse)))
-    findings = (*still_open(run, report), rejection(edit))
+    objection = run.objections[report.text] = rejection(edit)
+    findings = (*still_open(run, report), objection)
     text = yield from propose(run, Propose(run.task, 1, report.text, findings))
     lost = lost_items(run.parse(report.text), run.parse(text), run.scene)
     if run.policy == "tutor" and lost:
-        return guarded(report, lost)
-    if text == report.text:
-        return replace(report)
+        return guarded(replace(report, findings=(*report.findings, objection)), lost)
     return (yield from _become(run, report, text))
 
 

@@ -13,7 +13,10 @@ from adaptbot_cli.core.questions import (
     EDIT,
     EXISTS,
     FIXED,
+    INSTEAD,
+    KINDS,
     LATER,
+    SAME,
     Answer,
     Choice,
     Key,
@@ -147,11 +150,9 @@ def place_property(entity: URIRef, scene: Scene) -> Property | None:
 
 def _question(finding: Finding, report: Report, scene: Scene) -> Question | None:
     context = _source(finding, report)
-    if finding.code == "E201":
-        return _existence("item", finding, report, scene)
-    if finding.code == "E101":
-        return _existence("action", finding, report, scene)
-    if finding.code in ("E301", "E302"):
+    if finding.code in KINDS["existence"].codes:
+        return _existence("action" if finding.code == "E101" else "item", finding, report, scene)
+    if finding.code in KINDS["attribute"].codes:
         prop = property_called(finding.prop, scene)
         if prop is not None:
             name = normal(finding.subject)
@@ -240,8 +241,16 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
         _outcomes(name, subject, report, scene),
         tuple(dict.fromkeys((*finding.candidates, *by_nearness))),
         finding.candidates,
+        _only_spelled_alike(name, finding.candidates, scene),
         _source(finding, report),
     )
+
+
+def _only_spelled_alike(name: str, near: Iterable[str], scene: Scene) -> tuple[str, ...]:
+    """The names near one that no word has in common with it or with what it is related to."""
+    related = {part for word in scene.known.get(name, ()) for part in words(word.word)}
+    parts = {*words(name), *related}
+    return tuple(other for other in near if not parts & set(words(other)))
 
 
 def _outcomes(name: str, subject: Subject, report: Report, scene: Scene) -> tuple[Choice, ...]:
@@ -254,19 +263,21 @@ def _outcomes(name: str, subject: Subject, report: Report, scene: Scene) -> tupl
         without = "the task cannot be done as asked; I never ask again"
     if subject == "action":
         return (
-            Choice("is", "it is another name for something you can do", "I remember the name"),
-            Choice(ABSENT, "no, it is not possible here", without),
-            Choice(FIXED, "it is one, always with the same argument", "I remember both"),
-            Choice(EXISTS, "yes, it is possible", "I ask what it does"),
-            Choice(EDIT, "change the plan instead"),
-            Choice(LATER.value, "ask me later", "it stays open"),
+            Choice(SAME, "it is another name for something you can do", "I remember the name", "a"),
+            Choice(INSTEAD, "do something else instead", "this time only", "u"),
+            Choice(ABSENT, "no, it is not possible here", without, "n"),
+            Choice(FIXED, "it is one, always with the same argument", "I remember both", "f"),
+            Choice(EXISTS, "yes, it is possible", "I ask what it does", "y"),
+            Choice(EDIT, "change the plan instead", key="e"),
+            Choice(LATER.value, "ask me later", "it stays open", "l"),
         )
     return (
-        Choice("is", "it is another name for something you know", "I remember the name"),
-        Choice(ABSENT, "no, there is none", without),
-        Choice(EXISTS, "yes, there is", "I ask what it is, and what the plan needs"),
-        Choice(EDIT, "change the plan instead"),
-        Choice(LATER.value, "ask me later", "it stays open"),
+        Choice(SAME, "it is another name for something you know", "I remember the name", "a"),
+        Choice(INSTEAD, "use something else instead", "this time only", "u"),
+        Choice(ABSENT, "no, there is none", without, "n"),
+        Choice(EXISTS, "yes, there is", "I ask what it is, and what the plan needs", "y"),
+        Choice(EDIT, "change the plan instead", key="e"),
+        Choice(LATER.value, "ask me later", "it stays open", "l"),
     )
 
 

@@ -102,9 +102,9 @@ def which_stands(
         question.prop or question.kind,
         question.subject,
         (
-            Choice(NEW, lesson.sentence, "what was known is corrected"),
-            Choice(OLD, " and ".join(told), "your answer is not kept"),
-            Choice("later", "ask me later", "what was known stays"),
+            Choice(NEW, lesson.sentence, "what was known is corrected", "n"),
+            Choice(OLD, " and ".join(told), "your answer is not kept", "o"),
+            Choice("later", "ask me later", "what was known stays", "l"),
         ),
         context=f"known so far: {known}",
     )

@@ -8,7 +8,7 @@ from adaptbot_cli.core import teach
 from adaptbot_cli.core.learning import Lesson, alias
 from adaptbot_cli.core.names import nearest, normal, sentence_list
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import LATER, NO, YES, Answer, Choice, Question
+from adaptbot_cli.core.questions import LATER, NO, SAME, YES, Answer, Choice, Question
 from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.run import Run
 from adaptbot_cli.core.turns import Ask, Learned, Turn
@@ -35,10 +35,10 @@ def confirmed(
         normal(text),
         f"Do you mean this: {reading.meant}?",
         choices=(
-            Choice(YES, "yes, that is all I mean"),
-            Choice("is", "no, another task"),
-            Choice(NO, "no, do nothing"),
-            Choice(LATER.value, "ask me later", "the goal stays open"),
+            Choice(YES, "yes, that is all I mean", key="y"),
+            Choice(SAME, "no, another task", key="a"),
+            Choice(NO, "no, do nothing", key="n"),
+            Choice(LATER.value, "ask me later", "the goal stays open", "l"),
         ),
         known=tuple(nearest(text, names, _MOST_NAMES, floor=0.0)),
         notes=reading.doubts,
@@ -88,9 +88,9 @@ def judged(run: Run) -> Generator[Turn, Any, None]:
         normal(task.name),
         f'I know no goal for "{task.name}". Shall I judge it as I judge {other.name}?',
         choices=(
-            Choice(YES, f"yes, as {other.name}", "I remember it"),
-            Choice(NO, "no", "the goal stays unknown"),
-            Choice(LATER.value, "ask me later"),
+            Choice(YES, f"yes, as {other.name}", "I remember it", "y"),
+            Choice(NO, "no", "the goal stays unknown", "n"),
+            Choice(LATER.value, "ask me later", key="l"),
         ),
         notes=(f"{other.name} fails where {sentence_list(needs)}",),
     )

@@ -194,6 +194,8 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
 
     Return whether something was left out, so that the plan must be judged again.
     """
+    run.once += [lesson for lesson in run.lessons if lesson.once]
+    run.lessons = [lesson for lesson in run.lessons if not lesson.once]
     if not run.lessons:
         return False
     said: bool | Reviewed = yield Review(tuple(run.lessons))
@@ -207,10 +209,11 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
     left_out = set(teach.resting_on(keys, run.lessons)) if said is not True else set()
     accepted = [lesson for lesson in run.lessons if lesson.question.key not in left_out]
     if left_out:
+        once = run.once
         forget_all(run)
-        for lesson in accepted:
+        for lesson in (*once, *accepted):
             teach.take(lesson, run.scene)
-        run.lessons = accepted
+        run.lessons, run.once = accepted, once
     if not accepted:
         return True
     kept: Kept = yield Keep(run.task, tuple(accepted))
@@ -221,9 +224,9 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
 
 
 _CHOICES = (
-    Choice(YES, "yes, change it"),
-    Choice(NO, "no, leave it as it is"),
-    Choice(EDIT, "let me change it myself"),
+    Choice(YES, "yes, change it", key="y"),
+    Choice(NO, "no, leave it as it is", key="n"),
+    Choice(EDIT, "let me change it myself", key="e"),
 )
 
 

@@ -35,7 +35,7 @@ CODES: dict[str, Code] = {
     "E501": Code("required item missing from the plan", blocks=False),
     "E502": Code("required item lost by a new plan", blocks=False),
     "E503": Code("goal not met", blocks=False),
-    "E504": Code("rejected by the person", blocks=False),
+    "E504": Code("rejected by the person"),
     "E505": Code("something that the request excludes"),
     "E506": Code("an amount that the plan does not serve", blocks=False),
     "E601": Code("a step failed in the world"),

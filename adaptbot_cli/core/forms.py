@@ -7,7 +7,7 @@ from rdflib import URIRef
 
 from adaptbot_cli.core import asking, learning, suggest
 from adaptbot_cli.core.domain import Kind, Property
-from adaptbot_cli.core.questions import IN_FORMS, Question
+from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.refine.calls import known_values
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
@@ -26,7 +26,7 @@ def around(
         kinds = asking.kinds_of_choices(question, scene)
         likely = suggest.Likely(question.about, kinds, scene)
         return (replace(question, suggested=likely.kind()),)
-    if question.kind not in IN_FORMS:
+    if not question.spec.together:
         return (question,)
     found = [question, *asking.needed_of(question.about, report, scene, asked)]
     if full and question.about in asking.taught(asked):

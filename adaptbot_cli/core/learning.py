@@ -31,7 +31,8 @@ class Lesson:
     """What one answer taught: the facts, the question and answer they come from, a sentence.
 
     `action` is the action as it is from now on, if that is what was taught; `replaces` the same
-    before, if it was there; `notes` say in words what it takes, requires and changes.
+    before, if it was there; `notes` say in words what it takes, requires and changes. What holds
+    this `once` is forgotten when the run has ended, and is never reviewed or kept.
     """
 
     delta: Delta
@@ -41,6 +42,7 @@ class Lesson:
     action: Action | None = None
     replaces: Action | None = None
     notes: tuple[str, ...] = ()
+    once: bool = False
 
 
 def alias(kg: Kg, name: str, entity: URIRef) -> Delta:

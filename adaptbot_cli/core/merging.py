@@ -155,12 +155,15 @@ def _by_slot(facts: Facts) -> dict[tuple[Node, Node], Facts]:
     return {slot: frozenset(triples) for slot, triples in found.items()}
 
 
+_KEYS = {"yes": "y", "no": "n", "ours": "o", "theirs": "t"}
+
+
 def question(conflict: Conflict, kg: Kg, sources: tuple[str, str]) -> Question:
     """Return the question which of two answers stands; `sources` say who gave each."""
     about, label = kg.name(conflict.about), "which"
     prop = kg.domain.properties.get(conflict.prop)  # type: ignore[call-overload]
     sides = [_said(facts, conflict, kg) for facts in (conflict.ours, conflict.theirs)]
-    plain = about.replace("_", " ")
+    plain = f'"{about.replace("_", " ")}"'
     text = f"What holds of {plain}?"
     if prop is not None:
         label = prop.label
@@ -171,7 +174,7 @@ def question(conflict: Conflict, kg: Kg, sources: tuple[str, str]) -> Question:
     ]
     given = zip(values, sides, ("here", "there"), sources, strict=True)
     choices = tuple(
-        Choice(value, said, f"{where}, {source}" if source else where)
+        Choice(value, said, f"{where}, {source}" if source else where, _KEYS.get(value, ""))
         for value, said, where, source in given
     )
     return Question(
@@ -179,7 +182,7 @@ def question(conflict: Conflict, kg: Kg, sources: tuple[str, str]) -> Question:
         about,
         text,
         local(conflict.prop) if conflict.prop is not None else "",
-        choices=(*choices, Choice("later", "ask me later", "nothing is merged until then")),
+        choices=(*choices, Choice("later", "ask me later", "nothing is merged until then", "l")),
         label=label,
     )
 

@@ -16,7 +16,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Step, Task
-from adaptbot_cli.core.questions import EDIT, LATER, UNKNOWN, Answer, Key, Question
+from adaptbot_cli.core.questions import EDIT, INSTEAD, LATER, UNKNOWN, Answer, Key, Question
 from adaptbot_cli.core.refine.goals import rehearsed
 from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.run import Parse, Run, forget_all, look_at
@@ -139,7 +139,7 @@ def _waits(step: Step, question: Question) -> bool:
 
 def _ready(question: Question, tasks: Sequence[str]) -> Question:
     """A question as it is asked where several tasks wait, and no plan is at hand to be changed."""
-    choices = tuple(choice for choice in question.choices if choice.value != EDIT)
+    choices = tuple(choice for choice in question.choices if choice.value not in (EDIT, INSTEAD))
     waiting = f"waiting for the answer: {'; '.join(tasks)}"
     return replace(question, choices=choices, notes=(waiting,))
 

@@ -11,7 +11,8 @@ from adaptbot_cli.core.terms import Triple, local
 class Told:
     """One answer of a commit: its number there, the question, what was said, by whom and when.
 
-    `facts` are what it taught, each with its sign, in short.
+    `facts` are what it taught, each with its sign, in short; `suggestion` is why it was likely,
+    where a likely answer was taken as it stood.
     """
 
     number: int
@@ -20,6 +21,7 @@ class Told:
     by: str = ""
     at: str = ""
     facts: tuple[str, ...] = ()
+    suggestion: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class Origin:
 
     `source` is "pack", "answer", "state", "hand edit", "import", "retract", "revert", "update",
     "git" (committed by other means), "start" (there when versions began) or "uncommitted".
-    `answer` is the answer's id, to take it back by.
+    `answer` is the answer's id, to take it back by; `suggestion` as in `Told`.
     """
 
     source: str
@@ -44,6 +46,7 @@ class Origin:
     said: str = ""
     by: str = ""
     at: str = ""
+    suggestion: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """Return what is known of it as a plain object."""
@@ -108,6 +111,7 @@ class Chapter:
                 "by": told.by,
                 "at": told.at,
                 "taught": sentence,
+                **({"suggestion": told.suggestion} if told.suggestion else {}),
             }
             for told, sentence in zip(self.answers, self.sentences, strict=True)
         ]

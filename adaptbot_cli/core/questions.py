@@ -1,5 +1,6 @@
 """Questions to the person, and answers (paper, III-C)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -21,18 +22,17 @@ QuestionKind = Literal[
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]
 """What makes two questions the same one: kind, about, prop, subject."""
-IN_FORMS: tuple[QuestionKind, ...] = ("place", "attribute", "value")
-"""The kinds of questions that several of one thing stand together on a form."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One possible answer: the `value` that is kept, the `label` people read, and what it leads to
-    (`then`)."""
+    """One possible answer: the `value` that is kept, the `label` people read, what it leads to
+    (`then`), and the key that gives it at a terminal, "" for its number."""
 
     value: str
     label: str
     then: str = ""
+    key: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +57,9 @@ class Question:
     """A question to the person.
 
     `about` is the name asked about; `prop` the predicate's short name where one is asked for, the
-    plan's new text where a "mend" is offered;
-    `choices` the answers offered; `known` the names to pick from if it is another name for one of
-    them, nearest first, `near` those of them that are near enough to tell; `context` the step that
+    plan's new text where a "mend" is offered; `choices` the answers offered; `known` the names to
+    pick from if it is another name for one of them, nearest first, `near` those of them that are
+    near enough to tell, `alike` those of these that are only spelled alike; `context` the step that
     raised it; `notes` lines to read before it; `label` the property in a word; `number` how a
     "value" is written: "number", "whole number" or "" for a text.
 
@@ -78,6 +78,7 @@ class Question:
     choices: tuple[Choice, ...] = ()
     known: tuple[str, ...] = ()
     near: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
     context: str = ""
     notes: tuple[str, ...] = ()
     label: str = ""
@@ -94,16 +95,23 @@ class Question:
         """What makes two questions the same one."""
         return (self.kind, self.about, self.prop, self.subject)
 
+    @property
+    def spec(self) -> "Spec":
+        """What all questions of its kind have in common."""
+        return KINDS[self.kind]
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:
     """What the person said.
 
     `value` is the value of a choice, or "is NAME" for another name of a known item or action, or
-    "new NAME" for a place that is not known yet, or "later" when nobody is there to say; "back" if
-    the person wants to answer the question with the key `to` again, "stop" if no more is to be
-    asked. `by` names the person, `at` is an ISO time; both are the human port's to fill in. After
-    the `last` answer no more is to be asked either.
+    "instead NAME" for a known one that is used in its place in this run only, or "new NAME" for a
+    place that is not known yet, or "later" when nobody is there to say; "back" if the person wants
+    to answer the question with the key `to` again, "stop" if no more is to be asked. `by` names the
+    person, `at` is an ISO time; both are the human port's to fill in. After the `last` answer no
+    more is to be asked either. `suggestion` is why the answer was likely, where a likely answer was
+    taken as it stood and not given by the person in their own words.
     """
 
     value: str
@@ -111,11 +119,17 @@ class Answer:
     at: str = ""
     to: Key | None = None
     last: bool = False
+    suggestion: str = ""
 
     @property
     def same_as(self) -> str:
         """The known name that was meant, if the answer is that it was mistaken for another."""
         return self.value.removeprefix("is ") if self.value.startswith("is ") else ""
+
+    @property
+    def instead(self) -> str:
+        """The known name that stands for the unknown one in this run only, if one was given."""
+        return self.value.removeprefix("instead ") if self.value.startswith("instead ") else ""
 
     @property
     def new(self) -> str:
@@ -139,6 +153,10 @@ STOP = Answer("stop")
 """The answer when no more is to be asked in this run, and what was answered is to be kept."""
 
 EXISTS, ABSENT, YES, NO, UNKNOWN = "exists", "absent", "yes", "no", "unknown"
+SAME, INSTEAD = "is", "instead"
+"""The choices after which one of the known names is picked: the answer is then "is NAME" (another
+name for it, kept) or "instead NAME" (used in its place in this run, not kept)."""
+
 FIXED = "fixed"
 """The answer that an action is a known one with an argument that is always the same."""
 
@@ -165,7 +183,11 @@ def back(to: Key) -> Answer:
 def yes_no(prevents: str = "") -> tuple[Choice, ...]:
     """The answers to a question for a boolean attribute. Unknown is an answer of its own;
     `prevents` is what it prevents."""
-    return (Choice(YES, "yes"), Choice(NO, "no"), Choice(UNKNOWN, "I don't know", prevents))
+    return (
+        Choice(YES, "yes", key="y"),
+        Choice(NO, "no", key="n"),
+        Choice(UNKNOWN, "I don't know", prevents, "d"),
+    )
 
 
 def fits(question: Question, answer: Answer) -> bool:
@@ -174,10 +196,94 @@ def fits(question: Question, answer: Answer) -> bool:
     Its choices may have changed meanwhile: what was picked may be gone.
     """
     value = answer.value
-    if answer.same_as:
-        return answer.same_as in question.known
+    if answer.same_as or answer.instead:
+        return (answer.same_as or answer.instead) in question.known
     if value == UNKNOWN or not question.choices:
         return True
     if answer.new:
         return question.kind == "place"
     return value in {choice.value for choice in question.choices}
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """What all questions of a kind have in common.
+
+    `raised` says when one comes up, `teaches` what its answer leads to; `codes` are the findings
+    that raise it. `entry` is how the answer is given: by one key, from a list that is searched, or
+    as a line of text. `marked` is the choice that Enter takes at first; several questions about one
+    thing stand together on one screen where `together`. A file of answers has the answer under the
+    question's property, or under its kind where `by_kind`; "I don't know" is an answer wherever
+    `unknown`.
+    """
+
+    raised: str
+    teaches: str
+    codes: tuple[str, ...] = ()
+    entry: Literal["key", "list", "line"] = "key"
+    marked: str = ""
+    together: bool = False
+    by_kind: bool = False
+    unknown: bool = True
+
+
+KINDS: Mapping[QuestionKind, Spec] = {
+    "reading": Spec(
+        "a word of the request is in doubt",
+        "nothing: the request is read so, or as another task, or nothing is done",
+    ),
+    "goal": Spec(
+        "no goal is known for the task, and one of the same sort has one",
+        "the task's name is another name of that sort of task",
+    ),
+    "existence": Spec(
+        "a step names an item or an action that is not known",
+        "that it is there, or not, or another name for a known one; or nothing, this time only",
+        codes=("E101", "E201"),
+        marked=LATER.value,  # a key pressed without reading teaches nothing
+        unknown=False,
+    ),
+    "kind": Spec("a new thing or place may be of several classes", "its class"),
+    "place": Spec(
+        "a new thing's place, or one that a step needs, is not known",
+        "where it is kept; a new place too",
+        entry="list",
+        together=True,
+    ),
+    "attribute": Spec(
+        "a step needs an attribute that is not known, or that is in the way",
+        "that it is so, or not",
+        codes=("E301", "E302"),
+        together=True,
+    ),
+    "value": Spec(
+        "a number or text is asked of the class",
+        "the value",
+        codes=("E301", "E302"),
+        entry="line",
+        together=True,
+    ),
+    "action": Spec(
+        "a person says that an unknown action is possible",
+        "the action: what it takes, requires and changes",
+    ),
+    "contradiction": Spec(
+        "an answer cannot be true beside what is known", "which of the two stands", by_kind=True
+    ),
+    "conflict": Spec(
+        "answers of two homes that are shared cannot both stand", "which of the two stands"
+    ),
+    "mend": Spec(
+        "changes would bring the plan to its goal, or nearer",
+        "nothing: the plan is changed",
+        by_kind=True,
+    ),
+    "confirm": Spec(
+        "a step is to be agreed to before the robot does it", "nothing: it is done, or not"
+    ),
+    "failed": Spec(
+        "a step failed in the world and nothing mends it",
+        "where a thing is or what is true of it; or what becomes of the step",
+    ),
+}
+"""Every kind of question. A kind more is a row here, and the words it is asked in."""

@@ -8,7 +8,7 @@ from adaptbot_cli.core import teach
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.plan import Call, Parsed, Step, Task
+from adaptbot_cli.core.plan import Call, Finding, Parsed, Step, Task
 from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.refine.mend import with_remedies
@@ -62,7 +62,8 @@ class Run:
     """A run as far as it has come. `full` has every attribute of a new thing asked, `offers` are
     the new things that the person was offered to tell more of; `to_edit` is set when the person
     wants to change the plan instead of answering, `edits` lead from a plan's text to what the
-    person has made of it; `kept` are the lessons that were committed, with the last `revision`;
+    person has made of it, `objections` are the texts that the person has rejected; `kept` are the
+    lessons that were committed, with the last `revision`, `once` those that hold in this run only;
     `went_back` is set when the person went back from the last review;
     `acting` is what has come of it in a world outside, None if the plan is only rehearsed."""
 
@@ -79,7 +80,9 @@ class Run:
     stopped: bool = False
     to_edit: bool = False
     edits: dict[str, str] = field(default_factory=dict)
+    objections: dict[str, Finding] = field(default_factory=dict)
     kept: list[Lesson] = field(default_factory=list)
+    once: list[Lesson] = field(default_factory=list)
     revision: str | None = None
     went_back: bool = False
     acting: Acting | None = None
@@ -116,6 +119,8 @@ def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Repo
         found = yield LookUp(tuple(sorted(back)), domain.noun_fields)
         run.scene.known.update({word: found.get(word, ()) for word in back})
     report = with_remedies(examine(parsed, text, run.scene), run.scene)
+    if text in run.objections:
+        report = replace(report, findings=(*report.findings, run.objections[text]))
     if tell:
         yield Checked(report)
     return report
@@ -159,6 +164,6 @@ def as_edited(run: Run, text: str) -> str:
 
 def forget_all(run: Run) -> None:
     """Retract everything that a run has learned."""
-    for lesson in reversed(run.lessons):
+    for lesson in reversed((*run.once, *run.lessons)):
         teach.forget(lesson, run.scene)
-    run.lessons = []
+    run.lessons, run.once = [], []

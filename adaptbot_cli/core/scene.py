@@ -22,7 +22,8 @@ class Scene:
     Without `repair` a plan is looked at as it is: nothing is put in, left out or added.
     `known` holds the word knowledge looked up so far, `used` the names that the plan writes;
     `aside` the items and actions whose steps are dropped, `drop` whether dropping is allowed;
-    `agreed` the names that words were put in for in a plan that the person then edited;
+    `agreed` the names that words were put in for in a plan that the person then edited, `instead`
+    those that stand for something known in this run only;
     `near` remembers the names near a name and `meant` what a name means, both costly to find;
     `taken` which name a thing was put in for, so that two never become one; `around` holds the word
     knowledge of the names of known things, which likely answers are found by, and `trust` for
@@ -36,6 +37,7 @@ class Scene:
     used: frozenset[str] = frozenset()
     aside: frozenset[str] = frozenset()
     agreed: set[str] = field(default_factory=set)
+    instead: set[str] = field(default_factory=set)
     drop: bool = True
     repair: bool = True
     near: dict[tuple[str, frozenset[URIRef]], list[str]] = field(default_factory=dict)

@@ -67,7 +67,7 @@ def _learn_existence(
     question: Question, answer: Answer, report: Report, scene: Scene
 ) -> Lesson | None:
     name, kg = question.about, scene.kg
-    if answer.same_as:
+    if answer.same_as or answer.instead:
         return _learn_alias(question, answer, scene)
     if answer.value == ABSENT:
         delta = learning.absence(kg.domain, name, question.subject)
@@ -81,16 +81,21 @@ def _learn_existence(
 
 
 def _learn_alias(question: Question, answer: Answer, scene: Scene) -> Lesson | None:
+    """Another name for something known; what is only used instead is called so for this run."""
     target: URIRef | None
+    meant = answer.same_as or answer.instead
     if question.subject == "action":
-        known = resolve.action(answer.same_as, scene).action
+        known = resolve.action(meant, scene).action
         target = known.iri if known else None
     else:
-        target = next(iter(scene.kg.find(answer.same_as)), None)
+        target = next(iter(scene.kg.find(meant)), None)
     if target is None:
         return None
     delta = learning.alias(scene.kg, question.about, target)
-    sentence = f"{question.about} is another name for {normal(answer.same_as)}"
+    if answer.instead:
+        sentence = f"{normal(meant)} instead of {question.about}, this time only"
+        return Lesson(delta, question, answer, sentence, once=True)
+    sentence = f"{question.about} is another name for {normal(meant)}"
     return Lesson(delta, question, answer, sentence)
 
 
@@ -134,6 +139,8 @@ def _learn_attribute(question: Question, answer: Answer, scene: Scene) -> Lesson
 
 def take(lesson: Lesson, scene: Scene) -> None:
     """Let a lesson be known from now on."""
+    if lesson.once:
+        scene.instead.add(lesson.question.about)
     if lesson.action is None:
         scene.kg.learn(lesson.delta)
         return
@@ -181,6 +188,8 @@ def _is_about(fact: Triple, things: set[Node]) -> bool:
 
 def forget(lesson: Lesson, scene: Scene) -> None:
     """Take a lesson back: what it added goes, what it replaced returns."""
+    if lesson.once:
+        scene.instead.discard(lesson.question.about)
     if lesson.action is None:
         scene.kg.learn(Delta(removed=lesson.delta.added, added=lesson.delta.removed))
         return

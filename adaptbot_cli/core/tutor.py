@@ -80,6 +80,8 @@ def pursue(
             forget_all(run)
             journal.reopen(back.to)
             usage = replace(run.usage, questions=0)
+    run.lessons = []
+    forget_all(run)  # what held this once
     return Result(
         report,
         outcome,

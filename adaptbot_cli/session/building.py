@@ -287,7 +287,8 @@ def human_of(request: Request, prompts: "Console | None") -> Human:
         return AnswersHuman(read_answers(request.answers), person(), str(request.answers))
     if prompts is None or not request.ask:
         return AbsentHuman()
-    return TerminalHuman(prompts, person(), _stamp, edits=request.edit)
+    rejects = request.chosen is None or request.chosen.model is not None
+    return TerminalHuman(prompts, person(), _stamp, edits=request.edit, rejects=rejects)
 
 
 def person() -> str:

@@ -135,6 +135,23 @@ def last_learned(home: Home) -> str | None:
     return None
 
 
+def suggestions(home: Home) -> Proposal:
+    """Propose to take back all that was taken as it was suggested and that nobody has said since.
+
+    Raises:
+        UsageError: there is no such answer.
+    """
+    found: set[Triple] = set()
+    if home.versions is not None:
+        origins = home.versions.origins(home.facts, home.pack)
+        found = {triple for triple, origin in origins.items() if origin.suggestion}
+    if not found:
+        raise UsageError(f"no suggestion that was accepted for the {home.domain} is left")
+    gone = following(found, Known(home.kg.domain, home.facts))
+    subject = f"take back: {len(found)} accepted suggestion{'s' * (len(found) != 1)}"
+    return Proposal(Delta(removed=gone), subject, (("Source", "revert"),))
+
+
 def is_answer(name: str) -> bool:
     """Tell whether a name is of an answer's form, such as `3fa2b1c.2`, and not of a commit's."""
     return _ANSWER.fullmatch(name) is not None

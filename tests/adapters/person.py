@@ -8,8 +8,7 @@ from typing import Any
 from rdflib import RDF, Literal, URIRef
 from rich.console import Console
 
-from adaptbot_cli.adapters.terminal import TerminalHuman
-from adaptbot_cli.adapters.terminal.canvas import Canvas
+from adaptbot_cli.adapters.terminal import TerminalHuman, canvas
 from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
@@ -27,10 +26,11 @@ from adaptbot_cli.core.questions import (
 )
 
 EXISTENCE = (
-    Choice("is", "it is another name for something you know"),
-    Choice(ABSENT, "no, there is none"),
-    Choice(EXISTS, "yes, there is"),
-    Choice("later", "ask me later"),
+    Choice("is", "it is another name for something you know", key="a"),
+    Choice("instead", "use something else instead", "this time only", "u"),
+    Choice(ABSENT, "no, there is none", "2 steps left out " * 6 + "for ever", "n"),
+    Choice(EXISTS, "yes, there is", key="y"),
+    Choice("later", "ask me later", key="l"),
 )
 KNOWN = ("spanner", "span_rope", *(f"part_{n}" for n in range(120)), "green_box", "öse")
 HOSTILE = "[red]x[/red] \x1b[31mESC <b>b</b> {x} %s \u202eright \x9b2J " + "y" * 300
@@ -40,7 +40,7 @@ def existence(about: str = "spaner", text: str = "", known: tuple[str, ...] = KN
     text = text or f'I do not know "{about}". Is there one?'
     near = known[:2]
     context = f'take("{about}")'
-    return Question("existence", about, text, "", "item", EXISTENCE, known, near, context)
+    return Question("existence", about, text, "", "item", EXISTENCE, known, near, (), context)
 
 
 def boolean(prop: str, likely: str = "", **more: Any) -> Question:
@@ -152,7 +152,7 @@ def said_of(human: TerminalHuman, what: str) -> Any:
     if what == "review":
         return human.review(LESSONS)
     if what == "steps":
-        said = Picker("Which?", STEPS, back="back", numbered=True).ask(Canvas(human.console))
+        said = canvas.ask(Picker("Which?", "back", choices=STEPS, numbered=True), human.console)
         return said and said.value
     if what == "offer":
         return [answer.value for answer in human.offer(QUESTIONS["form"].offered)]

@@ -81,12 +81,63 @@ def test_existence_is_answered_by_one_key(terminal: Terminal, key: str, said: li
 def test_arrows_and_enter_answer_too(terminal: Terminal) -> None:
     asked = terminal("existence").sees("ask me later")
 
-    assert asked.types(DOWN, DOWN, ENTER).ends() == by_ann(ABSENT)
+    assert asked.types(DOWN, DOWN, DOWN, ENTER).ends() == by_ann(ABSENT)
 
 
 def test_a_key_pressed_too_early_teaches_nothing(terminal: Terminal) -> None:
     """Enter at a question that was not read yet leaves it open."""
     assert terminal("existence").sees("ask me later").types(ENTER).ends() == LATER_SAID
+
+
+def test_what_was_typed_before_the_question_was_there_answers_nothing(terminal: Terminal) -> None:
+    asked = terminal("existence").types("n", "n").sees("ask me later")
+
+    assert asked.types("y").ends() == by_ann(EXISTS)
+
+
+def test_something_known_is_used_instead_this_time(terminal: Terminal) -> None:
+    asked = terminal("existence").sees("this time only", "ask me later").types("u")
+
+    asked.sees("What is used instead").types("green", ENTER)
+    assert asked.ends() == by_ann("instead green_box")
+
+
+@pytest.mark.parametrize(
+    ("what", "key"),
+    [
+        ("existence", "l: answer at once"),
+        ("place", "letters: filter"),
+        ("form", "Tab: take only what is needed"),
+        ("review", "c: correct it"),
+        ("value", "Ctrl-U: clear"),
+    ],
+)
+def test_a_question_mark_shows_the_keys(terminal: Terminal, what: str, key: str) -> None:
+    asked = terminal(what).sees("?: keys" if what != "value" else "long").types("?", ENTER)
+    asked.opened.process.expect(re.escape(key).replace("\\ ", r"\s+"))
+
+
+@pytest.mark.parametrize(
+    ("what", "lines", "said"),
+    [
+        ("existence", "?\n3\n", by_ann(ABSENT)),
+        ("existence", "a\ngreen\n", None),
+        ("kind", "2\n", by_ann("tool")),
+        ("place", "part 7\n1\n", by_ann("part_7")),
+        ("value", "long\n7\n", by_ann("7")),
+        ("form", "2 n\n1 gre\n1\n-\n", ["green_box", "no", "later", "later", "later"]),
+        ("review", "1\n\n", [[list(lesson.question.key) for lesson in LESSONS[1::-1]], None]),
+        ("review", "c 3\n", [[], ["place", "spaner", "in", "item"]]),
+    ],
+)
+def test_numbered_lines_ask_the_same_where_a_terminal_can_do_no_more(
+    terminal: Terminal, what: str, lines: str, said: Any
+) -> None:
+    asked = terminal(what, TERM="dumb").sees("?: keys)" if what != "value" else "long", "> ")
+    answer = asked.types(lines).ends()
+
+    assert answer == (said or by_ann("is green_box"))
+    assert "\x1b" not in asked.raw
 
 
 @pytest.mark.parametrize(
@@ -160,7 +211,7 @@ def test_a_hint_is_never_cut(length: int) -> None:
 
 def test_the_name_that_is_typed_goes_before_those_that_hold_it() -> None:
     choices = [Choice(name, name) for name in ("pantry_shelf", "frying_pan", "egg", "pan")]
-    picker = Picker("Which?", choices)
+    picker = Picker("Which?", choices=choices)
     assert [choice.value for choice in picker.matching()] == [c.value for c in choices]
     picker.typed = "pan"
     found = [choice.value for choice in picker.matching()]
@@ -207,7 +258,7 @@ def test_ctrl_c_interrupts(terminal: Terminal, what: str) -> None:
 def test_ctrl_c_at_the_review_asks_whether_to_keep_it(
     terminal: Terminal, key: str, kept: bool | None, code: int
 ) -> None:
-    asked = terminal("review").sees("Keep this?", "Esc: back)").types(CTRL_C)
+    asked = terminal("review").sees("Keep this?", "Esc: back, ?: keys)").types(CTRL_C)
 
     assert asked.sees("Keep what you have told").types(key).ends(code) is kept
 
@@ -240,8 +291,10 @@ def test_what_rests_on_a_lesson_is_left_out_with_it_and_comes_back_with_it(
     out = [["attribute", "shelf", "open", "item"], ["kind", "shelf", "", "item"]]
     assert asked.ends() == [out, None]
 
-    asked = terminal("review").sees("Keep this?", "rack").types(" ", DOWN, " ", ENTER)
-    assert asked.ends() is True
+    for again in (DOWN, ""):  # from either end
+        asked = terminal("review").sees("Keep this?", "rack").types(" ")
+        asked.sees("left out with it: shelf: open yes").types(again, " ", ENTER)
+        assert asked.ends() is True
 
 
 def test_a_lesson_is_picked_to_be_corrected(terminal: Terminal) -> None:

@@ -34,7 +34,7 @@ IMPORTED = (
     "litellm",
     "nltk.corpus.reader.wordnet",
     "pytest",
-    "questionary",
+    "prompt_toolkit.shortcuts",
     "rich.live",
 )
 NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.local")

@@ -190,6 +190,29 @@ def test_one_new_object_costs_four_prompts_and_at_most_eight_keys(home: Home) ->
     assert told(home) == ["exists", "object", "fridge"]
 
 
+def test_what_was_only_suggested_is_told_from_what_was_said_and_taken_back_at_once(
+    home: Home,
+) -> None:
+    """Through a pipe, as a screen reader or a program answers."""
+    keys = b"y\n\n1 fri\n1\n\n\n"
+    run = home.adaptbot("run", *SALAD, stdin=keys, ADAPTBOT_PLAIN="1")
+    assert run.code == 0, run.err
+    trailers = home.trailers()
+    assert "+ shallot obj_location fridge" in learned(home)
+    suggested = [key for key in trailers if key.startswith("Suggested")]
+    assert suggested and len(suggested) < sum(key.startswith("Answer") for key in trailers)
+    assert "accepted suggestion, as for" in home.adaptbot("kg", "why", "shallot").said
+    assert "accepted suggestion, as for" in home.adaptbot("kg", "log").said
+    path = next((home.workspace / "transcripts").glob("*.yaml"))
+    assert "suggestion" in path.read_text() and "✓" in home.adaptbot("replay", str(path)).out
+
+    assert home.adaptbot("undo", "--suggestions", "--yes").code == 0
+    left = home.adaptbot("kg", "why", "shallot", "--json")
+    assert "suggestion" not in left.out
+    again = home.adaptbot("undo", "--suggestions", "--yes")
+    assert again.code == 2 and "no suggestion that was accepted" in again.err
+
+
 def test_back_corrects_an_answer_and_keeps_the_others(home: Home) -> None:
     with tty(home, "run", *SALAD) as opened:
         opened.answers((SHALLOT, EXISTS), ("What is shallot", "3"))

@@ -113,4 +113,4 @@ def test_the_model_on_board_is_looked_for_and_not_imported(home: Home, tmp_path:
 
 
 def test_it_imports_no_model(used: Home) -> None:
-    assert imported(used, "doctor") & {"litellm", "openai", "questionary"} == set()
+    assert imported(used, "doctor") & {"litellm", "openai", "prompt_toolkit"} == set()

@@ -4,7 +4,7 @@ import pytest
 
 from tests.cli.command import Home
 
-SLOW = {"litellm", "nltk", "rdflib", "questionary"}
+SLOW = {"litellm", "nltk", "rdflib", "prompt_toolkit"}
 _TELL = """
 import sys
 from adaptbot_cli.cli.main import main
@@ -30,16 +30,16 @@ def test_help_needs_nothing_slow(used: Home, arguments: list[str]) -> None:
 def test_a_run_with_the_library_needs_no_model(used: Home) -> None:
     found = imported(used, "run", "make omelette", "--dry-run")
     assert {"rdflib", "nltk"} <= found  # the skillet is looked up
-    assert found & {"litellm", "openai", "questionary"} == set()
+    assert found & {"litellm", "openai", "prompt_toolkit"} == set()
 
 
 def test_words_are_looked_up_only_where_one_is_unknown(used: Home) -> None:
     found = imported(used, "check", "-", stdin=b'pick_up_obj("egg")\nput_down_obj("egg", "bowl")\n')
     assert "rdflib" in found
-    assert found & {"litellm", "nltk", "questionary", "pygit2"} == set()
+    assert found & {"litellm", "nltk", "prompt_toolkit", "pygit2"} == set()
 
 
 def test_looking_at_the_graph_needs_the_graph_only(used: Home) -> None:
     found = imported(used, "kg", "show", "egg")
     assert "rdflib" in found
-    assert found & {"litellm", "nltk", "questionary", "pygit2", "jinja2"} == set()
+    assert found & {"litellm", "nltk", "prompt_toolkit", "pygit2", "jinja2"} == set()

@@ -169,6 +169,22 @@ def test_after_the_last_answer_nothing_is_asked_or_planned_any_more() -> None:
     assert any("bench" in lesson.sentence for lesson in result.lessons)
 
 
+def test_what_is_used_instead_is_used_in_this_run_and_forgotten() -> None:
+    before = facts(workshop())
+    person = Person({"existence slab": "instead board", "existence widget": "is board",
+                     "drillable plank": "yes"})  # fmt: skip
+    result, kg = drive(person)
+    assert result.verdict == "executable" and result.goal_met
+    [evidence] = {change.evidence for step in result.report.steps for change in step.changes
+                  if change.source == "slab"}  # fmt: skip
+    assert "board is used instead, this time only" in evidence
+    kept = [lesson.sentence for turn in person.seen if isinstance(turn, Keep)
+            for lesson in turn.lessons]  # fmt: skip
+    assert kept == ["widget is another name for board", "plank: drillable yes"]
+    assert not any("slab" in str(fact) for fact in facts(kg) - before)
+    assert drive(Person({**STRAIGHT, "existence slab": "stop"}), kg)[0].verdict != "executable"
+
+
 WRONG = {
     "existence slab": ["exists", "absent", "is board", "later"],
     "in slab": ["cupboard", "stove", "new rack", UNKNOWN],

@@ -8,7 +8,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question, back
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.report import Report
-from adaptbot_cli.core.turns import Amend, Propose
+from adaptbot_cli.core.turns import Amend, Executed, Propose
 from adaptbot_cli.errors import UsageError
 from tests.driving import Script, drive
 from tests.worlds import GOOD, scene, workshop
@@ -134,6 +134,12 @@ def test_a_rejected_plan_goes_back_with_the_reason() -> None:
         "a person has rejected this plan: boards are not sold here"
     ]
     assert verdict == "executable"
+
+
+def test_a_rejected_plan_is_not_carried_out_where_there_is_no_other() -> None:
+    script, verdict = story([GOOD, GOOD], [Edit("reject", text="not today")])
+    assert verdict == "findings"
+    assert not any(isinstance(turn, Executed) for turn in script.seen)
 
 
 def test_a_new_plan_that_loses_a_required_item_is_refused_after_a_rejection_too() -> None:

@@ -22,7 +22,7 @@ _UNSAFE = re.compile(
 )
 _ESCAPED = re.compile(r"\\(?:(\\)|u([0-9a-f]{4}))")
 _TRAILER = re.compile(r"([A-Za-z0-9][A-Za-z0-9-]*):(?:[ \t]+(.*))?")
-_NUMBERED = re.compile(r"(Question|Answer|By|At|Fact)-([0-9]{1,6})")
+_NUMBERED = re.compile(r"(Question|Answer|Suggested|By|At|Fact)-([0-9]{1,6})")
 _SIGNED = re.compile(r"(.*?)(?: \(([^()]*)\))?", re.DOTALL)
 
 
@@ -83,6 +83,8 @@ def of_lessons(lessons: Sequence[Lesson]) -> Iterator[tuple[str, str]]:
     for number, lesson in enumerate(lessons, start=1):
         yield f"Question-{number}", lesson.question.text
         yield f"Answer-{number}", lesson.answer.value or ""
+        if lesson.answer.suggestion:
+            yield f"Suggested-{number}", lesson.answer.suggestion
         yield f"By-{number}", lesson.answer.by
         yield f"At-{number}", lesson.answer.at
         for sign, triples in (("-", lesson.delta.removed), ("+", lesson.delta.added)):
@@ -129,13 +131,13 @@ def answers(trailers: Iterable[tuple[str, str]]) -> tuple[Told, ...]:
             parts.setdefault(int(match[2]), {}).setdefault(match[1], []).append(value)
     found = []
     for number, fields in sorted(parts.items()):
-        question, said, by, at = (
-            fields.get(key, [""])[0] for key in ("Question", "Answer", "By", "At")
+        question, said, by, at, likely = (
+            fields.get(key, [""])[0] for key in ("Question", "Answer", "By", "At", "Suggested")
         )
         if "At" not in fields and (match := _SIGNED.fullmatch(said)):
             said, signed = match[1], match[2] or ""
             by, _, at = signed.rpartition(", ") if ", " in signed else (signed, "", "")
-        found.append(Told(number, question, said, by, at, tuple(fields.get("Fact", ()))))
+        found.append(Told(number, question, said, by, at, tuple(fields.get("Fact", ())), likely))
     return tuple(found)
 
 

@@ -342,6 +342,7 @@ class Versions:
                     said=told.said,
                     by=told.by or about.by,
                     at=told.at,
+                    suggestion=told.suggestion,
                 )
         if one.first and not commit.trailers:
             return PACK if triple in pack else replace(about, source="start")

@@ -55,7 +55,13 @@ def _head(chapter: Chapter) -> RenderableType:
 
 def _answers(chapter: Chapter) -> Iterable[tuple[Text, ...]]:
     for told, sentence in zip(chapter.answers, chapter.sentences, strict=True):
-        yield Text(answer_id(chapter.origin.revision, told.number), "dim"), said(sentence)
+        number = answer_id(chapter.origin.revision, told.number)
+        yield Text(number, "dim"), said(sentence) + _likely(told.suggestion)
+
+
+def _likely(reason: str) -> Text:
+    """Say that a likely answer was taken as it stood: nobody said so in their own words."""
+    return said(f"  accepted suggestion, {reason}", "yellow") if reason else Text()
 
 
 def _beside(chapter: Chapter) -> Text | None:
@@ -105,7 +111,7 @@ def origin_of(origin: Origin, words: Words) -> RenderableType:
     else:
         lines = [
             Text.assemble(("? ", "cyan"), said(origin.question)),
-            Text.assemble(("> ", "cyan"), said(origin.said)),
+            Text.assemble(("> ", "cyan"), said(origin.said), _likely(origin.suggestion)),
         ]
     last = joined(about)
     return Group(*lines, *([last] if last.plain else []))

@@ -1,23 +1,27 @@
-"""A small full-width prompt: lines drawn again at every key, gone when it is answered."""
+"""Where prompts appear: one loop with one set of key handlers, or numbered lines where that is all.
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+A `Menu` says what is drawn and what a key does. `ask` shows it at a terminal, drawn again at every
+key and gone when it is answered; or, where the terminal can do no more than lines (`TERM=dumb`), or
+the person wants that (`ADAPTBOT_PLAIN=1`: a screen reader, a pipe), as numbered lines that are
+answered by a line.
+"""
+
+import os
+import sys
+from contextlib import suppress
 from textwrap import wrap
-from typing import Any, TextIO, cast
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from prompt_toolkit.application import Application
-from prompt_toolkit.data_structures import Point
-from prompt_toolkit.formatted_text import StyleAndTextTuples
-from prompt_toolkit.input.defaults import create_input
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.key_binding.key_processor import KeyPress
-from prompt_toolkit.keys import Keys
-from prompt_toolkit.layout import FormattedTextControl, Layout, Window
-from prompt_toolkit.output import ColorDepth
-from prompt_toolkit.output.defaults import create_output
-from prompt_toolkit.styles import Style
 from rich.console import Console
 from rich.text import Text
+
+from adaptbot_cli.adapters.terminal.words import plain
+
+if TYPE_CHECKING:
+    from prompt_toolkit.completion import Completer
+    from prompt_toolkit.formatted_text import StyleAndTextTuples
+
+    from adaptbot_cli.adapters.terminal.menu import Check, Line, Menu
 
 STYLE = {
     "qmark": "fg:ansicyan",
@@ -31,45 +35,174 @@ STYLE = {
     "bad": "fg:ansired",
 }
 
-Line = Sequence[tuple[str, str]]
-"""One line to draw: styles, each with its text."""
+OPEN: Any = object()
+"""What a key or a line leads to that has not answered the question yet."""
 
 
-@dataclass(frozen=True, slots=True)
-class Canvas:
-    """Draws a prompt at the terminal that `console` writes to."""
-
-    console: Console
-
-    def run(self, draw: Callable[[], Sequence[Line]], keys: KeyBindings) -> Any:
-        """Draw until a key ends it; return what it ended with. Raises KeyboardInterrupt."""
-
-        def text() -> StyleAndTextTuples:
-            lines = [_cut(line, self.console.width - 1) for line in draw()]
-            parts: StyleAndTextTuples = []
-            for line in lines:
-                parts += [*line, ("", "\n")]
-            return parts[:-1]
-
-        control = FormattedTextControl(
-            text, show_cursor=False, focusable=True, get_cursor_position=lambda: Point(0, 0)
-        )
-        for key in (Keys.ControlC, Keys.SIGINT):
-            keys.add(key, eager=True)(_interrupt)
-        keys.add(Keys.ControlJ)(_enter)
-        app: Application[Any] = Application(
-            Layout(Window(control, dont_extend_height=True)),
-            key_bindings=keys,
-            style=Style.from_dict(STYLE),
-            erase_when_done=True,
-            **terminal(self.console),
-        )
-        app.ttimeoutlen = 0.05  # Esc alone is a key of its own
-        app.timeoutlen = 0.05
-        return app.run()
+def is_plain(console: Console) -> bool:
+    """Tell whether prompts are numbered lines, answered by lines."""
+    wanted = os.environ.get("ADAPTBOT_PLAIN", "") not in ("", "0")
+    return wanted or os.environ.get("TERM") == "dumb" or not console.is_terminal
 
 
-def heading(text: str, hint: str, width: int) -> list[Line]:
+def ask(menu: "Menu", console: Console, follows: bool = False) -> Any:
+    """Show a menu until a key or a line answers it; return the answer. Raises KeyboardInterrupt.
+
+    What was typed before it was there to be read is thrown away, unless it `follows` from a key of
+    the menu before.
+    """
+    return _by_lines(menu, console) if is_plain(console) else _by_keys(menu, console, follows)
+
+
+def _forget_typed(keys: Any) -> None:
+    from prompt_toolkit.input import typeahead
+
+    typeahead.clear_typeahead(keys)
+    with suppress(ImportError, OSError, AttributeError):  # no terminal of this kind
+        import termios
+
+        termios.tcflush(keys.fileno(), termios.TCIFLUSH)
+
+
+def line(
+    text: str,
+    console: Console,
+    typed: str,
+    check: "Check",
+    completer: "Completer | None" = None,
+    follows: bool = True,
+) -> str:
+    """Ask for a line of text; `check` says what is wrong with it, "" if nothing is.
+
+    What does not pass stays to be mended; `follows` as in `ask`. Raises KeyboardInterrupt.
+    """
+    if is_plain(console):
+        return _plain_line(text, console, check)
+    from prompt_toolkit import PromptSession
+    from prompt_toolkit.styles import Style
+    from prompt_toolkit.validation import Validator
+
+    def trouble(value: str) -> str:
+        return _KEYS_OF_A_LINE if value.strip() == "?" else check(value)
+
+    class Checked(Validator):
+        def validate(self, document: Any) -> None:
+            from prompt_toolkit.validation import ValidationError
+
+            if wrong := trouble(document.text):
+                raise ValidationError(len(document.text), wrong)
+
+    session: PromptSession[str] = PromptSession(
+        [("class:qmark", "? "), ("class:question", f"{plain(text)} ")],
+        validator=Checked(),
+        validate_while_typing=False,
+        completer=completer,
+        style=Style.from_dict(STYLE),
+        erase_when_done=True,
+        **terminal(console),
+    )
+    unread = None if follows else lambda: _forget_typed(session.input)
+    return session.prompt(default=typed, pre_run=unread).strip()
+
+
+_KEYS_OF_A_LINE = "Enter: take it, Ctrl-U: clear, Tab: complete, Ctrl-C: stop"
+
+
+def _plain_line(text: str, console: Console, check: "Check") -> str:
+    while True:
+        console.print(Text(f"? {plain(text)}"), soft_wrap=True)
+        value = _read(console).strip()
+        wrong = "type it, then Enter; an empty line leaves it open" if value == "?" else ""
+        wrong = wrong or check(value)
+        if not wrong:
+            return value
+        console.print(Text(f"  {plain(wrong)}"), soft_wrap=True)
+
+
+def _by_lines(menu: "Menu", console: Console) -> Any:
+    while True:
+        for parts in menu.draw(console.width, numbered=True):
+            console.print(Text("".join(text for _, text in parts).rstrip()), soft_wrap=True)
+        answer = menu.read(_read(console).strip())
+        if answer is not OPEN:
+            return answer
+
+
+def _read(console: Console) -> str:
+    """Read a line of the person's; the end of all input is as Ctrl-C."""
+    console.print("> ", end="")
+    typed = sys.stdin.readline()
+    if not typed:
+        raise KeyboardInterrupt
+    return typed
+
+
+def _by_keys(menu: "Menu", console: Console, follows: bool) -> Any:
+    from prompt_toolkit.application import Application
+    from prompt_toolkit.data_structures import Point
+    from prompt_toolkit.layout import FormattedTextControl, Layout, Window
+    from prompt_toolkit.styles import Style
+
+    def text() -> "StyleAndTextTuples":
+        parts: StyleAndTextTuples = []
+        for each in menu.draw(console.width, numbered=False):
+            parts += [*_cut(each, console.width - 1), ("", "\n")]
+        return parts[:-1]
+
+    control = FormattedTextControl(
+        text, show_cursor=False, focusable=True, get_cursor_position=lambda: Point(0, 0)
+    )
+    app: Application[Any] = Application(
+        Layout(Window(control, dont_extend_height=True)),
+        key_bindings=_keys(menu),
+        style=Style.from_dict(STYLE),
+        erase_when_done=True,
+        **terminal(console),
+    )
+    unread = [] if follows else [app.input]
+    app.before_render += lambda _: _forget_typed(unread.pop()) if unread else None
+    app.ttimeoutlen = 0.05  # Esc alone is a key of its own
+    app.timeoutlen = 0.05
+    return app.run()
+
+
+def _keys(menu: "Menu") -> Any:
+    """The only key handlers: each gives the menu the name of its key."""
+    from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+    from prompt_toolkit.key_binding.key_processor import KeyPress
+    from prompt_toolkit.keys import Keys
+
+    keys = KeyBindings()
+
+    def press(event: KeyPressEvent, key: str) -> None:
+        answer = menu.press(key)
+        if answer is not OPEN:
+            event.app.exit(result=answer)
+
+    for name in ("up", "down", "enter", "tab", "backspace", "c-u"):
+        keys.add(name)(lambda event, name=name: press(event, name))
+    keys.add("escape", eager=True)(lambda event: press(event, "escape"))
+
+    @keys.add(Keys.BracketedPaste)
+    @keys.add(Keys.Any)
+    def write(event: KeyPressEvent) -> None:
+        if event.data.isprintable():
+            press(event, event.data)
+
+    @keys.add(Keys.ControlC, eager=True)
+    @keys.add(Keys.SIGINT, eager=True)
+    def interrupt(event: KeyPressEvent) -> None:
+        event.app.exit(exception=KeyboardInterrupt, style="class:aborting")
+
+    @keys.add(Keys.ControlJ)
+    def line_feed(event: KeyPressEvent) -> None:
+        """Take a line feed as Enter: the terminal makes it of that between two prompts."""
+        event.key_processor.feed(KeyPress(Keys.ControlM), first=True)
+
+    return keys
+
+
+def heading(text: str, hint: str, width: int) -> list["Line"]:
     """Return the lines of a question with a hint after it: all of it can be read."""
     parts = wrap(f"{text}", max(width - 3, 20)) or [""]
     lines: list[list[tuple[str, str]]] = [[("", "  "), ("question", part)] for part in parts]
@@ -82,31 +215,31 @@ def heading(text: str, hint: str, width: int) -> list[Line]:
     return list(lines)
 
 
+def _input() -> Any:
+    from prompt_toolkit.input.defaults import create_input
+
+    return create_input(always_prefer_tty=True)
+
+
 def terminal(console: Console) -> dict[str, Any]:
     """Where prompts appear and in which colours: stdout may hold a result that a program reads."""
+    from prompt_toolkit.output import ColorDepth
+    from prompt_toolkit.output.defaults import create_output
+
     return {
         "output": create_output(stdout=cast(TextIO, console.file)),
-        "input": create_input(always_prefer_tty=True),
+        "input": _input(),
         "color_depth": ColorDepth.DEPTH_1_BIT if console.no_color else None,
     }
 
 
-def _interrupt(event: KeyPressEvent) -> None:
-    event.app.exit(exception=KeyboardInterrupt, style="class:aborting")
-
-
-def _enter(event: KeyPressEvent) -> None:
-    """Take a line feed as Enter: that is what the terminal makes of it between two prompts."""
-    event.key_processor.feed(KeyPress(Keys.ControlM), first=True)
-
-
-def _cut(line: Line, width: int) -> list[tuple[str, str]]:
+def _cut(parts: "Line", width: int) -> list[tuple[str, str]]:
     """A line that fits the width: a wrapped one would push others out of sight."""
-    left, parts = width, []
-    for style, text in line:
+    left, fitted = width, []
+    for style, text in parts:
         fitting = Text(text)
         fitting.truncate(max(left, 0), overflow="ellipsis")
         left -= fitting.cell_len
         if fitting.plain:
-            parts.append((style and f"class:{style}", fitting.plain))
-    return parts
+            fitted.append((style and f"class:{style}", fitting.plain))
+    return fitted

@@ -8,9 +8,9 @@ from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from rich.console import Console
 
-from adaptbot_cli.adapters.terminal.canvas import Canvas
+from adaptbot_cli.adapters.terminal import canvas
+from adaptbot_cli.adapters.terminal.menu import BACK, Keys
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.adapters.terminal.prompts import BACK, Prompts
 from adaptbot_cli.adapters.terminal.words import shown
 from adaptbot_cli.core.acting.draft import signature
 from adaptbot_cli.core.editing import Edit, Line, called, edited, lines
@@ -23,14 +23,16 @@ from adaptbot_cli.errors import UsageError
 _LEAVE = "leave"
 _MOST = 5
 """How many open findings are told above the menu."""
-_MENU = {
-    _LEAVE: ("l", "leave it as it is"),
-    "replace": ("r", "replace a step"),
-    "drop": ("d", "drop a step"),
-    "insert": ("i", "insert a step"),
-    "move": ("m", "move a step"),
-    "reject": ("x", "reject the whole plan"),
-}
+_MENU = (
+    Choice(_LEAVE, "leave it as it is", key="l"),
+    Choice("replace", "replace a step", key="r"),
+    Choice("drop", "drop a step", key="d"),
+    Choice("insert", "insert a step", key="i"),
+    Choice("move", "move a step", key="m"),
+    Choice(
+        "reject", "reject the whole plan", "the model is asked for another, with your reason", "x"
+    ),
+)
 _NO_CALL = "this is no call: an action's name, then what it acts on in parentheses"
 _TEXT = {
     "asked": "How shall the plan change?",
@@ -39,47 +41,48 @@ _TEXT = {
 }
 
 
-def ask_for_edit(turn: Amend, console: Console) -> tuple[Edit | None, str]:
-    """Ask for one edit; return it with a line that says so, None if the plan is left as it is."""
-    prompts = Prompts(console)
+def ask_for_edit(turn: Amend, console: Console, rejects: bool) -> tuple[Edit | None, str]:
+    """Ask for one edit; return it with a line that says so, None if the plan is left as it is.
+
+    That the plan is rejected is only offered where somebody `rejects` it for another.
+    """
     there = lines(turn.report)
-    offered = {value: told for value, told in _MENU.items() if there or value not in _OF_A_STEP}
-    choices = [Choice(value, label) for value, (_, label) in offered.items()]
-    keys = [key for key, _ in offered.values()]
+    without = {*(() if there else _OF_A_STEP), *(() if rejects else ("reject",))}
+    choices = [choice for choice in _MENU if choice.value not in without]
     for finding in turn.report.open[:_MOST] if turn.why == "open" else ():
         where = f"step {finding.step}: " if finding.step else ""
         console.print(shown(f"✗ {where}{finding.message}", "red"))
     while True:
-        picked = prompts.by_key(_TEXT[turn.why], choices, keys, back=True).value
+        picked = canvas.ask(Keys(_TEXT[turn.why], "back", choices=choices), console).value
         if picked in (_LEAVE, BACK.value):
             return None, "no"
-        edit = _ASK[picked](turn, there, prompts, console)
+        edit = _ASK[picked](turn, there, console)
         if edit is not None:
             return edit, _said(edit, there)
 
 
-def _replace(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+def _replace(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     line = _which("Replace which step?", there, out)
     if line is None:
         return None
-    text = _call(f"Step {line.number} becomes", line.call.render(), turn.kg, prompts)
+    text = _call(f"Step {line.number} becomes", line.call.render(), turn.kg, out)
     return Edit("replace", line.number, text=text) if text else None
 
 
-def _drop(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+def _drop(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     line = _which("Drop which step?", there, out)
     return None if line is None else Edit("drop", line.number)
 
 
-def _insert(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+def _insert(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     step = _place("Insert it before which step?", turn, there, out)
     if step is None:
         return None
-    text = _call("The new step is", "", turn.kg, prompts)
+    text = _call("The new step is", "", turn.kg, out)
     return Edit("insert", step, text=text) if text else None
 
 
-def _move(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
+def _move(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     line = _which("Move which step?", there, out)
     to = None if line is None else _place("To before which step?", turn, there, out)
     if line is None or to is None:
@@ -91,8 +94,8 @@ def _move(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) ->
     return None
 
 
-def _reject(turn: Amend, there: Sequence[Line], prompts: Prompts, out: Console) -> Edit | None:
-    reason = prompts.line("What is wrong with it? (Enter alone: back)")
+def _reject(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
+    reason = canvas.line("What is wrong with it? (Enter alone: back)", out, "", lambda _: "")
     return Edit("reject", text=reason) if reason else None
 
 
@@ -109,7 +112,7 @@ _OF_A_STEP = frozenset({"replace", "drop", "move"})
 def _which(text: str, there: Sequence[Line], out: Console) -> Line | None:
     """One of the steps that the plan writes; None for back."""
     choices = [_choice(line) for line in there]
-    picked = Picker(text, choices, back="back", numbered=True).ask(Canvas(out))
+    picked = canvas.ask(Picker(text, "back", choices=choices, numbered=True), out, follows=True)
     return next((line for line in there if picked and str(line.number) == picked.value), None)
 
 
@@ -117,7 +120,7 @@ def _place(text: str, turn: Amend, there: Sequence[Line], out: Console) -> int |
     """Before which step something goes: one more than the last for the end; None for back."""
     end = len(turn.report.steps) + 1
     choices = [*(_choice(line) for line in there), Choice(str(end), "at the end")]
-    picked = Picker(text, choices, back="back", numbered=True).ask(Canvas(out))
+    picked = canvas.ask(Picker(text, "back", choices=choices, numbered=True), out, follows=True)
     return None if picked is None else int(picked.value)
 
 
@@ -125,7 +128,7 @@ def _choice(line: Line) -> Choice:
     return Choice(str(line.number), f"{line.number}  {line.call.render()}")
 
 
-def _call(text: str, typed: str, kg: Kg, prompts: Prompts) -> str:
+def _call(text: str, typed: str, kg: Kg, out: Console) -> str:
     """Ask for a call until it is one; nothing for back."""
 
     def check(said: str) -> str:
@@ -134,7 +137,8 @@ def _call(text: str, typed: str, kg: Kg, prompts: Prompts) -> str:
         except UsageError:
             return _NO_CALL
 
-    said = prompts.line(f"{text} (Tab completes, empty: back)", typed, check, Names.of(kg))
+    asked = f"{text} (Tab completes, empty: back)"
+    said = canvas.line(asked, out, typed, check, Names.of(kg))
     return "\n".join(call.render() for call in called(said, parse)) if said else ""
 
 

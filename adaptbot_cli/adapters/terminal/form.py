@@ -1,18 +1,14 @@
 """All that is to be known of one thing on one screen, the likely answers filled in."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.keys import Keys
-
-from adaptbot_cli.adapters.terminal.canvas import Canvas, Line, heading
+from adaptbot_cli.adapters.terminal.canvas import OPEN
+from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
 from adaptbot_cli.adapters.terminal.words import plain, title
 from adaptbot_cli.core.questions import (
     AS_BEFORE,
-    IN_FORMS,
     LATER,
     NO,
     UNKNOWN,
@@ -28,7 +24,7 @@ _LABEL, _VALUE = 22, 16
 
 
 @dataclass(slots=True)
-class Row:
+class Entry:
     """A question of the form: `value` as it is to be answered, why it is likely, and whether the
     person has told it."""
 
@@ -48,10 +44,18 @@ class Row:
         """Whether the line stands as it was answered before."""
         return bool(self.question.given) and self.value == self.given
 
+    @property
+    def accepted(self) -> str:
+        """Why the answer is likely, where it stands as it was suggested, "" if it does not."""
+        likely = self.question.suggested
+        if likely is None or self.told or self.value != likely.value:
+            return ""
+        return likely.reason
+
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """The person wants to pick or write the value of a row, and has typed its beginning."""
+    """The person wants to pick or write the value of an entry, and has typed its beginning."""
 
     row: int
     typed: str = ""
@@ -60,45 +64,48 @@ class Edit:
 BACK = "back"
 
 
-@dataclass(slots=True)
-class Form:
-    """The questions about one thing. What is `needed` must be answered, the rest may be left."""
+@dataclass
+class Form(Menu):
+    """The questions about one thing. What is `needed` must be answered, the rest may be left.
 
-    rows: list[Row]
-    at: int = 0
-    note: str = field(default="", init=False)
+    The answer is whether the rest is taken too, an `Edit`, or `BACK`.
+    """
+
+    entries: Sequence[Entry] = ()
 
     @classmethod
     def of(
         cls, needed: Sequence[Question], offered: Sequence[Question], cursor: Key | None = None
     ) -> "Form":
         """Return a form with the likely answers filled in, at the line of the key `cursor`."""
-        rows = [Row(q, n < len(needed)) for n, q in enumerate((*needed, *offered))]
-        for row in rows:
+        entries = [Entry(q, n < len(needed)) for n, q in enumerate((*needed, *offered))]
+        for row in entries:
             suggested = row.question.suggested or Suggestion("", "")
             row.value = row.given or suggested.value
             row.reason = AS_BEFORE if row.given else suggested.reason
             row.told = suggested.reason == AS_BEFORE
-        form = cls(rows)
-        at = [n for n, row in enumerate(rows) if row.question.key == cursor]
+        first = entries[0].question
+        text = f"What do you know of {title(first.about)}?"
+        form = cls(text, "back" if first.answered else "", entries=entries)
+        at = [n for n, row in enumerate(entries) if row.question.key == cursor]
         form.at = next(iter(at or form.lacking()), 0)
         return form
 
     def lacking(self) -> list[int]:
         """Return the rows that are needed and have no answer."""
-        rows = enumerate(self.rows)
-        return [n for n, row in rows if row.needed and not row.value and not self.follows(row)]
+        entries = enumerate(self.entries)
+        return [n for n, row in entries if row.needed and not row.value and not self.follows(row)]
 
-    def follows(self, row: Row) -> str:
+    def follows(self, row: Entry) -> str:
         """Return the answer of a row that follows from another row's, "" if none does."""
-        values = {other.question.prop: other.value for other in self.rows}
+        values = {other.question.prop: other.value for other in self.entries}
         found = (f.value for f in row.question.follows if values.get(f.prop) == f.equals)
         return next(found, "")
 
     def fill(self, row: int, value: str) -> None:
         """Answer a row and go on to the next."""
-        self.rows[row].value, self.rows[row].reason, self.rows[row].told = value, "", True
-        self.at = min(row + 1, len(self.rows) - 1)
+        self.entries[row].value, self.entries[row].reason, self.entries[row].told = value, "", True
+        self.at = min(row + 1, len(self.entries) - 1)
         self.note = ""
 
     def answers(self, with_rest: bool) -> dict[Key, str]:
@@ -108,136 +115,122 @@ class Form:
         """
         return {
             row.question.key: self.follows(row) or row.value
-            for row in self.rows
+            for row in self.entries
             if (row.needed or with_rest or (row.given and row.told))
             and (self.follows(row) or row.value)
             and not row.kept
         }
 
+    def accepted(self) -> dict[Key, str]:
+        """Return why, of the answers that stand as they were suggested."""
+        return {row.question.key: row.accepted for row in self.entries if row.accepted}
+
     def told(self) -> dict[Key, str]:
         """Return what the person has told so far, by question: likely answers are not told."""
-        rows = (row for row in self.rows if row.told and row.value and not row.kept)
+        rows = (row for row in self.entries if row.told and row.value and not row.kept)
         return {row.question.key: row.value for row in rows}
 
     def corrected(self, told: Iterable[Key]) -> list[Key]:
         """Return which of some questions have another answer already."""
-        there = {row.question.key for row in self.rows if row.question.given}
+        there = {row.question.key for row in self.entries if row.question.given}
         return [key for key in told if key in there]
 
-    def ask(self, canvas: Canvas) -> "bool | Edit | str":
-        """Return whether the rest is taken too, a row to edit, or that the person goes back."""
-        said: bool | Edit | str = canvas.run(
-            partial(self._draw, canvas.console.width), self._keys()
-        )
-        return said
+    def hint(self) -> str:
+        """Return the keys that take the form."""
+        hints = ["Enter: take this"]
+        if any(not row.needed for row in self.entries):
+            needed = any(row.needed for row in self.entries)
+            hints.append("Tab: only what is needed" if needed else "Tab: skip")
+        return ", ".join([*hints, *([f"Esc: {self.back}"] if self.back else [])])
 
-    def _draw(self, width: int) -> list[Line]:
-        about = title(self.rows[0].question.about)
-        needed = [row for row in self.rows if row.needed]
-        lines: list[Line] = [
-            *heading(f"What do you know of {about}?", _hint(self), width),
-        ]
-        context = next((row.question.context for row in needed if row.question.context), "")
-        if context:
-            lines.append([("then", f"  needed for {plain(context)}")])
-        for n, row in enumerate(self.rows):
-            if not row.needed and (n == 0 or self.rows[n - 1].needed):
-                lines.append([("then", "  not needed now, but good to know:")])
-            lines.append(self._line(n, row))
-        lines.append([("", "  "), ("highlighted", plain(self.rows[self.at].question.text))])
-        lines.append([("bad" if self.note else "then", f"  {self.note or self._help()}")])
-        return lines
-
-    def _line(self, n: int, row: Row) -> Line:
-        here = n == self.at
-        follows = self.follows(row)
-        value = follows or row.value
-        shown = _SHOWN.get(value, title(value.removeprefix("new "))) or "?"
-        reason = "follows" if follows else row.reason
-        reason = "new" if value.startswith("new ") else reason
+    def keys(self) -> Sequence[tuple[str, str]]:
+        """Return the keys of a line, and of the form."""
         return [
-            ("pointer", " » ") if here else ("", "   "),
-            ("highlighted" if here else "", f"{plain(row.question.label):<{_LABEL}} "),
-            ("answer" if value else "bad" if row.needed else "then", f"{shown:<{_VALUE}} "),
-            ("then", plain(reason)),
+            ("Enter", "take all of it"),
+            ("Tab", "take only what is needed"),
+            ("y/n/d", "yes, no, I don't know"),
+            ("Backspace", "take the answer out"),
+            ("letters", "another answer"),
         ]
 
-    def _help(self) -> str:
-        question = self.rows[self.at].question
+    def above(self) -> Sequence[Line]:
+        """Return what the form is needed for."""
+        needed = (row.question.context for row in self.entries if row.needed)
+        context = next(filter(None, needed), "")
+        return [[("then", f"  needed for {plain(context)}")]] if context else ()
+
+    def rows(self) -> Sequence[Row]:
+        """Return a line for each question, with its answer and where that is from."""
+        return [self._row(n, entry) for n, entry in enumerate(self.entries)]
+
+    def below(self) -> Sequence[Line]:
+        """Return the question that is pointed at, and how it is answered."""
+        return [
+            [("", "  "), ("highlighted", plain(self.entries[self.at].question.text))],
+            *([] if self.note else [[("then", f"  {self._help_of_line()}")]]),
+        ]
+
+    def _row(self, n: int, entry: Entry) -> Row:
+        follows = self.follows(entry)
+        value = follows or entry.value
+        shown = _SHOWN.get(value, title(value.removeprefix("new "))) or "?"
+        reason = "follows" if follows else entry.reason
+        reason = "new" if value.startswith("new ") else reason
+        first = not entry.needed and (n == 0 or self.entries[n - 1].needed)
+        parts = (
+            ("highlighted" if n == self.at else "", f"{plain(entry.question.label):<{_LABEL}} "),
+            ("answer" if value else "bad" if entry.needed else "then", f"{shown:<{_VALUE}} "),
+            ("then", plain(reason)),
+        )
+        return Row(parts, above="not needed now, but good to know:" if first else "")
+
+    def _help_of_line(self) -> str:
+        question = self.entries[self.at].question
         if question.kind == "attribute":
             return "y: yes, n: no, d: I don't know, ↑↓: another line"
         if question.kind == "place":
             return "type where, Enter on an empty line: the list, ↑↓: another line"
         return f"type {f'a {question.number}' if question.number else 'it'}, ↑↓: another line"
 
-    def _keys(self) -> KeyBindings:
-        keys = KeyBindings()
+    def read(self, line: str) -> Any:
+        """Answer a line by its number and the answer: `2 yes`, `1 fridge`; a number alone asks."""
+        number, _, value = line.partition(" ")
+        if not number.isdecimal() or not 1 <= int(number) <= len(self.entries):
+            return super().read(line)
+        self.at = int(number) - 1
+        question = self.entries[self.at].question
+        if question.kind != "attribute":
+            return Edit(self.at, value.strip())
+        return self.pressed(value.strip()[:1]) if value.strip() else OPEN
 
-        @keys.add("up")
-        def up(event: KeyPressEvent) -> None:
-            self.at = (self.at - 1) % len(self.rows)
+    def pressed(self, key: str) -> Any:
+        """Take the form, leave it, or change the line that is pointed at."""
+        entry = self.entries[self.at]
+        if key == "escape":
+            return BACK
+        if key in ("enter", "tab"):
+            return self._end(with_rest=key == "enter")
+        if key == "backspace":
+            entry.value, entry.reason = UNKNOWN if entry.given else "", ""
+            entry.told = entry.told or bool(entry.given)
+        elif key != "c-u" and entry.question.kind != "attribute":
+            return Edit(self.at, key)
+        elif key.lower() in _ANSWERS:
+            self.fill(self.at, _ANSWERS[key.lower()])
+        return OPEN
 
-        @keys.add("down")
-        def down(event: KeyPressEvent) -> None:
-            self.at = (self.at + 1) % len(self.rows)
-
-        @keys.add("escape", eager=True)
-        def leave(event: KeyPressEvent) -> None:
-            if self.rows[0].question.answered:
-                event.app.exit(result=BACK)
-
-        @keys.add("enter")
-        def take(event: KeyPressEvent) -> None:
-            self._end(event, with_rest=True)
-
-        @keys.add("tab")
-        def skip(event: KeyPressEvent) -> None:
-            self._end(event, with_rest=False)
-
-        @keys.add("backspace")
-        def clear(event: KeyPressEvent) -> None:
-            row = self.rows[self.at]
-            row.value, row.reason = UNKNOWN if row.given else "", ""
-            row.told = row.told or bool(row.given)
-
-        @keys.add(Keys.Any)
-        def write(event: KeyPressEvent) -> None:
-            self._type(event)
-
-        return keys
-
-    def _end(self, event: KeyPressEvent, with_rest: bool) -> None:
+    def _end(self, with_rest: bool) -> Any:
         lacking = self.lacking()
         if not lacking:
-            event.app.exit(result=with_rest)
-        elif self.at in lacking and self.rows[self.at].question.kind != "attribute":
-            event.app.exit(result=Edit(self.at))
-        else:
-            self.at = lacking[0]
-            self.note = "this is still to be answered; d: I don't know"
-
-    def _type(self, event: KeyPressEvent) -> None:
-        question = self.rows[self.at].question
-        if not event.data.isprintable():
-            return
-        if question.kind != "attribute":
-            event.app.exit(result=Edit(self.at, event.data))
-        elif event.data.lower() in _ANSWERS:
-            self.fill(self.at, _ANSWERS[event.data.lower()])
-
-
-def _hint(form: Form) -> str:
-    hints = ["Enter: take this"]
-    if any(not row.needed for row in form.rows):
-        needed = any(row.needed for row in form.rows)
-        hints.append("Tab: only what is needed" if needed else "Tab: skip")
-    if form.rows[0].question.answered:
-        hints.append("Esc: back")
-    return ", ".join(hints)
+            return with_rest
+        if self.at in lacking and self.entries[self.at].question.kind != "attribute":
+            return Edit(self.at)
+        self.at = lacking[0]
+        self.note = "this is still to be answered; d: I don't know"
+        return OPEN
 
 
 def answered_by_form(question: Question) -> bool:
     """Tell whether a question belongs on a form: others come with it, or a likely answer."""
     several = bool(question.together or question.offered)
-    typed: Any = question.kind in IN_FORMS
-    return bool(typed and (several or question.suggested))
+    return question.spec.together and (several or question.suggested is not None)

@@ -7,23 +7,20 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
+from adaptbot_cli.adapters.terminal import canvas
+from adaptbot_cli.adapters.terminal.menu import BACK, Keys, YesNo
+from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.adapters.terminal.words import shown, title
 from adaptbot_cli.core.editing import Edit as PlanEdit
 from adaptbot_cli.core.learning import Lesson, number_trouble
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.questions import (
-    ABSENT,
-    EDIT,
-    EXISTS,
-    FIXED,
-    IN_FORMS,
+    AS_BEFORE,
+    INSTEAD,
     LATER,
-    NEW,
-    NO,
-    OLD,
+    SAME,
     STOP,
     UNKNOWN,
-    YES,
     Answer,
     Choice,
     Key,
@@ -35,30 +32,13 @@ from adaptbot_cli.core.turns import Amend
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.terminal.form import Form
-    from adaptbot_cli.adapters.terminal.prompts import Prompts
 
-_SAME, _WHICH = "is", 'Which one is "{}"?'
-_KEYS = {
-    YES: "y",
-    NO: "n",
-    UNKNOWN: "d",
-    EXISTS: "y",
-    ABSENT: "n",
-    _SAME: "a",
-    LATER.value: "l",
-    NEW: "n",
-    OLD: "o",
-    "ours": "o",
-    "theirs": "t",
-    EDIT: "e",
-    FIXED: "f",
-    "takes": "t",
-    "requires": "r",
-    "changes": "c",
+_WHICH = {
+    SAME: 'Which one is "{}"?',
+    INSTEAD: 'What is used instead of "{}", this time only?',
 }
 _MOST_BY_KEY = 9
 _KEEP = "Keep what you have told so far?"
-_BACK = Choice("back", "back")
 
 
 class AbsentHuman:
@@ -84,7 +64,9 @@ class TerminalHuman:
     `first` tells of each line of a form the question that the form was shown for: going back to the
     line leads there, with the `cursor` at it; `corrected` are other lines that were changed then.
     `left_out` is what the last review left out, where a correction leads back to it. With `edits` a
-    plan is offered for editing before it is executed, whatever is open.
+    plan is offered for editing before it is executed, whatever is open; with `rejects` it may be
+    rejected for another. `accepted` tells of likely answers that were taken as they stood why they
+    were likely. What was typed before a question was there to be read is thrown away.
     """
 
     console: Console
@@ -93,6 +75,8 @@ class TerminalHuman:
     told: dict[Key, str] = field(default_factory=dict)
     filled: set[str] = field(default_factory=set)
     edits: bool = False
+    rejects: bool = True
+    accepted: dict[Key, str] = field(default_factory=dict, init=False)
     stopping: bool = field(default=False, init=False)
     left_out: set[Key] = field(default_factory=set, init=False)
     first: dict[Key, Key] = field(default_factory=dict, init=False)
@@ -147,15 +131,14 @@ class TerminalHuman:
         """Show everything learned, and ask whether to keep it, which part, or what to correct."""
         if not lessons:
             return True
-        from adaptbot_cli.adapters.terminal.canvas import Canvas
         from adaptbot_cli.adapters.terminal.review import TITLE, Review
 
         there = {lesson.question.key for lesson in lessons}
-        review = Review(lessons, left_out=self.left_out & there)
+        review = Review(lessons=lessons, left_out=self.left_out & there)
         try:
-            said = review.ask(Canvas(self.console))
+            said = canvas.ask(review, self.console)
         except KeyboardInterrupt:
-            if not self._prompts().yes(_KEEP):
+            if not self._agrees():
                 raise
             said = review.ticked()
         self.left_out = review.left_out
@@ -167,7 +150,7 @@ class TerminalHuman:
         for lesson in lessons if said else ():
             self.console.print(Text.assemble(("✓ ", "green"), shown(lesson.sentence)))
         self._tell(TITLE, "yes" if said else "no")
-        return said
+        return bool(said)
 
     def amend(self, turn: Amend) -> PlanEdit | None:
         """Ask for a change of the plan: one key, then what it takes."""
@@ -175,20 +158,21 @@ class TerminalHuman:
             return None
         from adaptbot_cli.adapters.terminal.editing import ask_for_edit
 
-        edit, said = ask_for_edit(turn, self.console)
+        edit, said = ask_for_edit(turn, self.console, self.rejects)
         self._tell("Change the plan?", said)
         return edit and replace(edit, by=self.by, at=self.now())
 
-    def _prompts(self) -> "Prompts":
-        from adaptbot_cli.adapters.terminal.prompts import Prompts
-
-        return Prompts(self.console)
+    def _agrees(self) -> bool:
+        return bool(canvas.ask(YesNo(_KEEP), self.console).value == "yes")
 
     def _answer(self, question: Question, said: Choice) -> Answer:
-        if said.value == _BACK.value:
+        if said.value == BACK.value:
             return self._back(question)
-        self._tell(question.text, said.label)
-        return LATER if said.value == LATER.value else Answer(said.value, self.by, self.now())
+        likely = self.accepted.pop(question.key, "")
+        self._tell(question.text, f"{said.label} (suggested, {likely})" if likely else said.label)
+        if said.value == LATER.value:
+            return LATER
+        return Answer(said.value, self.by, self.now(), suggestion=likely)
 
     def _back(self, question: Question) -> Answer:
         """Go to the question before this one."""
@@ -208,7 +192,7 @@ class TerminalHuman:
     def _stop(self, question: Question) -> None:
         """After Ctrl-C: keep what was told, and ask no more. Ctrl-C again gives up."""
         answered = any(a.value not in (LATER.value, UNKNOWN) for _, a in question.answered)
-        if not (answered or self.told) or not self._prompts().yes(_KEEP):
+        if not (answered or self.told) or not self._agrees():
             raise KeyboardInterrupt
         self._tell(_KEEP, "yes")
         self.stopping = True
@@ -216,7 +200,7 @@ class TerminalHuman:
     def _left(self, question: Question) -> Answer:
         """Give what was told before Ctrl-C; nothing more is asked after the last of it."""
         value = self.told.pop(question.key, "")
-        if question.kind in IN_FORMS:
+        if question.spec.together:
             to_come = {other.key for other in (*question.together, *question.offered)}
             for key in self.told.keys() - to_come:
                 del self.told[key]  # it is not asked any more, as another answer tells it
@@ -235,8 +219,10 @@ class TerminalHuman:
             self.console.print(shown(f"{lead}{question.context}", "dim"))
         for note in question.notes:
             self.console.print(shown(note))
-        if question.near:
-            self.console.print(shown(f"near it: {sentence_list(question.near)}", "dim"))
+        near = [name for name in question.near if name not in question.alike]
+        for told, names in (("near it", near), ("only spelled alike", question.alike)):
+            if names:
+                self.console.print(shown(f"{told}: {sentence_list(names)}", "dim"))
 
     def _tell(self, text: str, label: str) -> None:
         line = Text.assemble(("? ", "cyan"), shown(text), "  ", shown(label, "cyan"))
@@ -249,46 +235,52 @@ class TerminalHuman:
         if answered_by_form(question):
             said = self._fill((question, *question.together), question.offered)
             if said is None:
-                return _BACK
+                return BACK
             return _choice_of(question, self.told[question.key])
         self._above(question)
-        if question.kind == "value" or not question.choices:
-            return self._line(question)
-        if question.kind == "place" or len(question.choices) > _MOST_BY_KEY:
-            return self._place(question, back="back" if question.answered else "") or _BACK
+        if question.spec.entry == "line" or not question.choices:
+            return self._line(question, first=True)
+        if question.spec.entry == "list" or len(question.choices) > _MOST_BY_KEY:
+            return self._place(question, "back" if question.answered else "", first=True) or BACK
         return self._few(question)
 
     def _few(self, question: Question) -> Choice:
-        choices = [c for c in question.choices if c.value != _SAME or question.known]
-        likely = question.suggested.value if question.suggested else ""
-        if question.kind == "existence":
-            likely = LATER.value  # a key pressed too early teaches nothing
+        choices = [c for c in question.choices if c.value not in _WHICH or question.known]
+        likely = question.suggested
+        marked = likely.value if likely else question.spec.marked
+        at = next((n for n, choice in enumerate(choices) if choice.value == marked), 0)
         choices = [_with_reason(choice, question) for choice in choices]
+        again = False
         while True:
-            said = self._prompts().by_key(
-                question.text, choices, _keys(choices), likely, bool(question.answered)
-            )
-            if said.value != _SAME:
+            back = "back" if question.answered else ""
+            menu = Keys(question.text, back, at, choices=choices)
+            said: Choice = canvas.ask(menu, self.console, follows=again)
+            if menu.by_enter and likely and (said.value, likely.reason) != (marked, AS_BEFORE):
+                self.accepted[question.key] = likely.reason if said.value == marked else ""
+            if said.value not in _WHICH:
                 return said
-            which = Question("place", question.about, _WHICH.format(title(question.about)))
+            again = True
+            which = Question("place", question.about, _WHICH[said.value].format(question.about))
             known = tuple(Choice(name, name) for name in question.known)
             name = self._pick(which, known, back="back")
             if name is not None:
-                return Choice(f"{_SAME} {name.value}", f"it is {title(name.label)}")
+                told = "it is" if said.value == SAME else "this time only:"
+                return Choice(f"{said.value} {name.value}", f"{told} {title(name.label)}")
 
     def _fill(self, needed: Sequence[Question], offered: Sequence[Question]) -> bool | None:
         """Have a form filled in; None if the person goes back."""
-        from adaptbot_cli.adapters.terminal.canvas import Canvas
         from adaptbot_cli.adapters.terminal.form import BACK, Edit, Form
 
         form = Form.of(needed, offered, self.cursor)
         self.cursor = None
         self._remember(form)
+        edited = False
         while True:
             try:
-                said = form.ask(Canvas(self.console))
+                said = canvas.ask(form, self.console, follows=edited)
                 if isinstance(said, Edit):
                     self._edit(form, said.row, said.typed)
+                    edited = True
                     continue
             except KeyboardInterrupt:
                 self._take(form, form.told())
@@ -296,13 +288,14 @@ class TerminalHuman:
             if said == BACK:
                 return None
             self._take(form, form.answers(bool(said)))
+            self.accepted.update(form.accepted())
             if offered:
-                self.filled.add(form.rows[0].question.about)
+                self.filled.add(form.entries[0].question.about)
             return True
 
     def _remember(self, form: "Form") -> None:
         """Remember where each line of a form is asked; a thing has one form at a time."""
-        keys = [row.question.key for row in form.rows]
+        keys = [row.question.key for row in form.entries]
         self.first = {key: to for key, to in self.first.items() if key[1] != keys[0][1]}
         self.first.update(dict.fromkeys(keys, keys[0]))
 
@@ -311,7 +304,7 @@ class TerminalHuman:
         self.corrected = form.corrected(told)
 
     def _edit(self, form: "Form", row: int, typed: str) -> None:
-        question = form.rows[row].question
+        question = form.entries[row].question
         if question.kind == "value":
             value = self._line(question, typed).value
         else:
@@ -320,9 +313,11 @@ class TerminalHuman:
         if value:
             form.fill(row, value)
 
-    def _place(self, question: Question, back: str, typed: str = "") -> Choice | None:
+    def _place(
+        self, question: Question, back: str, typed: str = "", first: bool = False
+    ) -> Choice | None:
         new = "a new place" if question.kind == "place" else ""
-        picked = self._pick(question, question.choices, back, new, typed)
+        picked = self._pick(question, question.choices, back, new, typed, first)
         return picked and _choice_of(question, picked.value)
 
     def _pick(
@@ -332,18 +327,18 @@ class TerminalHuman:
         back: str,
         new: str = "",
         typed: str = "",
+        first: bool = False,
     ) -> Choice | None:
-        from adaptbot_cli.adapters.terminal.canvas import Canvas
-        from adaptbot_cli.adapters.terminal.picker import Picker
-
         taken = frozenset(question.known)
-        return Picker(question.text, choices, new, taken, back, typed).ask(Canvas(self.console))
+        menu = Picker(question.text, back, choices=choices, new=new, taken=taken, typed=typed)
+        picked: Choice | None = canvas.ask(menu, self.console, follows=not first)
+        return picked
 
-    def _line(self, question: Question, typed: str = "") -> Choice:
+    def _line(self, question: Question, typed: str = "", first: bool = False) -> Choice:
         def check(value: str) -> str:
             return number_trouble(question.number, value)
 
-        value = self._prompts().line(question.text, typed, check)
+        value = canvas.line(question.text, self.console, typed, check, follows=not first)
         return Choice(value or UNKNOWN, value or "I don't know")
 
 
@@ -359,12 +354,4 @@ def _with_reason(choice: Choice, question: Question) -> Choice:
     """A choice that is likely says why, as a suggestion."""
     if question.suggested is None or choice.value != question.suggested.value:
         return choice
-    return Choice(choice.value, choice.label, f"suggested, {question.suggested.reason}")
-
-
-def _keys(choices: Sequence[Choice]) -> list[str]:
-    """A key for each choice: its letter if all have one of their own, else its number."""
-    keys = [_KEYS.get(choice.value, "") for choice in choices]
-    if all(keys) and len(set(keys)) == len(keys):
-        return keys
-    return [str(n) for n in range(1, len(choices) + 1)]
+    return replace(choice, then=f"suggested, {question.suggested.reason}")

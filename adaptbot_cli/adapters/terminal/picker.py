@@ -1,14 +1,11 @@
 """One of many, found by typing; or a new one, where one may be told."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.keys import Keys
-
-from adaptbot_cli.adapters.terminal.canvas import Canvas, Line, heading
+from adaptbot_cli.adapters.terminal.canvas import OPEN
+from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
 from adaptbot_cli.adapters.terminal.words import plain, title
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.questions import Choice
@@ -18,30 +15,20 @@ _ALIKE, _SLIP = 3, 0.7
 """How many choices are shown that are written otherwise, and how alike they must be."""
 
 
-@dataclass(slots=True)
-class Picker:
-    """A list that shows only what matches what is typed.
+@dataclass
+class Picker(Menu):
+    """A list that shows only what matches what is typed; the answer is a `Choice`, None for back.
 
     `new` is what a new one is called ("a new place"), "" if there can be none; `taken` are the
-    names that a new one cannot have. `back` is what Esc leads to, in a word, "" if to nothing.
-    With `numbered` the values are numbers, found by how they begin, and labels are shown verbatim.
+    names that a new one cannot have. With `numbered` the values are numbers, found by how they
+    begin, and labels are shown verbatim.
     """
 
-    text: str
-    choices: Sequence[Choice]
+    choices: Sequence[Choice] = ()
     new: str = ""
     taken: frozenset[str] = frozenset()
-    back: str = ""
     typed: str = ""
-    at: int = 0
     numbered: bool = False
-    trouble: str = field(default="", init=False)
-
-    def ask(self, canvas: Canvas) -> Choice | None:
-        """Return what was picked, None if the person goes back."""
-        draw = partial(self._draw, canvas.console.width)
-        picked: Choice | None = canvas.run(draw, self._keys())
-        return picked
 
     def matching(self) -> list[Choice]:
         """Return the choices whose labels hold what is typed: first the one that is called so, then
@@ -67,89 +54,87 @@ class Picker:
         labels = {title(choice.label).lower(): choice for choice in self.choices}
         return [labels[label] for label in nearest(wanted, labels, _ALIKE, _SLIP)]
 
-    def _draw(self, width: int) -> list[Line]:
+    def hint(self) -> str:
+        """Return how many there are to filter, and what else can be told."""
         hints = [f"type to filter {len(self.choices)}"]
         hints += [f"or {self.new}"] if self.new else []
-        hints += [f"Esc: {self.back}"] if self.back else []
-        found = self.matching()
-        lines: list[Line] = [
-            *heading(plain(self.text), ", ".join(hints), width),
-            [("", "  > "), ("answer", plain(self.typed)), ("", "▏")],
+        return ", ".join([*hints, *([f"Esc: {self.back}"] if self.back else [])])
+
+    def keys(self) -> Sequence[tuple[str, str]]:
+        """Return the keys that filter and take."""
+        return [("letters", "filter"), ("Ctrl-U", "show all"), ("Enter", "take what is marked")]
+
+    def most(self) -> int:
+        """Return how many rows are shown at once."""
+        return _ROWS
+
+    def above(self) -> Sequence[Line]:
+        """Return what is typed."""
+        return [[("", "  > "), ("answer", plain(self.typed)), ("", "▏")]]
+
+    def rows(self) -> Sequence[Row]:
+        """Return what matches."""
+        return [
+            Row(
+                [
+                    (
+                        "highlighted" if n == self.at else "",
+                        plain(choice.label) if self.numbered else title(choice.label),
+                    )
+                ],
+                plain(choice.then),
+            )
+            for n, choice in enumerate(self.matching())
         ]
-        top = max(0, min(self.at - _ROWS + 1, len(found) - _ROWS)) if found else 0
-        top = max(top, 0)
-        for n, choice in enumerate(found[top : top + _ROWS], start=top):
-            here = n == self.at
-            mark = ("pointer", " » ") if here else ("", "   ")
-            then = f"  {plain(choice.then)}" if choice.then else ""
-            told = plain(choice.label) if self.numbered else title(choice.label)
-            label = ("highlighted" if here else "", told)
-            lines.append([mark, label, ("then", then)])
-        if not found:
-            lines.append([("bad", f"   nothing matches “{plain(self.typed)}”")])
-        elif len(found) > _ROWS:
-            lines.append([("then", f"   {len(found) - _ROWS} more")])
-        if self.trouble:
-            lines.append([("bad", f"   {self.trouble}")])
-        return lines
 
-    def _keys(self) -> KeyBindings:
-        keys = KeyBindings()
+    def below(self) -> Sequence[Line]:
+        """Say what to do where nothing matches."""
+        if self.matching():
+            return ()
+        out = f", Esc: {self.back}" if self.back else ""
+        return [
+            [("bad", f"   nothing matches “{plain(self.typed)}”")],
+            [("then", f"   Backspace: a letter less, Ctrl-U: all of them{out}")],
+        ]
 
-        @keys.add("up")
-        def up(event: KeyPressEvent) -> None:
-            self._move(-1)
+    def read(self, line: str) -> Any:
+        """Filter by a line, or pick by its number; steps are picked by their own."""
+        if line == "b" and self.back:
+            return None
+        if line and line != "?" and (self.numbered or not line.isdecimal()):
+            self._type(line)
+            return self._take() if len(self.matching()) == 1 else OPEN
+        return super().read(line)
 
-        @keys.add("down")
-        def down(event: KeyPressEvent) -> None:
-            self._move(1)
-
-        @keys.add("backspace")
-        def shorten(event: KeyPressEvent) -> None:
+    def pressed(self, key: str) -> Any:
+        """Filter, or take what is pointed at."""
+        if key == "escape":
+            return None
+        if key == "enter":
+            return self._take()
+        if key == "backspace":
             self._type(self.typed[:-1])
-
-        @keys.add("c-u")
-        def clear(event: KeyPressEvent) -> None:
+        elif key == "c-u":
             self._type("")
-
-        @keys.add(Keys.BracketedPaste)
-        @keys.add(Keys.Any)
-        def write(event: KeyPressEvent) -> None:
+        elif key != "tab":
             # names stand in the list in words
-            text = event.data if self.numbered else event.data.replace("_", " ")
-            if text.isprintable():
-                self._type(self.typed + text)
-
-        @keys.add("enter")
-        def take(event: KeyPressEvent) -> None:
-            self._take(event.app)
-
-        if self.back:
-
-            @keys.add("escape", eager=True)
-            def leave(event: KeyPressEvent) -> None:
-                event.app.exit(result=None)
-
-        return keys
-
-    def _move(self, by: int) -> None:
-        self.at = (self.at + by) % max(len(self.matching()), 1)
+            self._type(self.typed + (key if self.numbered else key.replace("_", " ")))
+        return OPEN
 
     def _type(self, text: str) -> None:
-        self.typed, self.at, self.trouble = text, 0, ""
+        self.typed, self.at, self.note = text, 0, ""
 
-    def _take(self, app: Any) -> None:
+    def _take(self) -> Any:
         found = self.matching()
         if not found:
-            app.output.bell()
-            return
+            return OPEN
         choice = found[self.at]
         typed = self.typed.strip()
         if self.numbered and typed.isdigit() and self.at == 0 and choice.value != typed:
-            self.trouble = f"{typed} is not among them: type on"
-            return
+            self.note = f"{typed} is not among them: type on"
+            return OPEN
         name = choice.value.removeprefix("new ")
         if choice.value != name and name in self.taken:
-            self.trouble = f"“{plain(name)}” is known already, as something else"
-            return
-        app.exit(result=choice)
+            self.note = f"“{plain(name)}” is known already, as something else"
+            return OPEN
+        return choice

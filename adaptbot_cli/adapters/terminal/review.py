@@ -2,93 +2,100 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-
-from adaptbot_cli.adapters.terminal.canvas import Canvas, Line
+from adaptbot_cli.adapters.terminal.canvas import OPEN
+from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
 from adaptbot_cli.adapters.terminal.words import plain
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.questions import Key, Reviewed
 from adaptbot_cli.core.teach import resting_on
 
 TITLE = "Keep this?"
-_HINT = "Enter: yes, Space: leave out, c: correct, n: nothing, Esc: back"
-_ROWS = 20
 
 
-@dataclass(slots=True)
-class Review:
-    """The lessons of a run, each ticked until the person unticks it."""
+@dataclass
+class Review(Menu):
+    """The lessons of a run, each ticked until the person unticks it.
 
-    lessons: Sequence[Lesson]
-    at: int = 0
+    The answer is True to keep all, False to keep nothing, else what is made of it. `went` are, for
+    each lesson that was left out, those that went with it: they come back with it.
+    """
+
+    text: str = TITLE
+    back: str = "back"
+    lessons: Sequence[Lesson] = ()
     left_out: set[Key] = field(default_factory=set)
-
-    def ask(self, canvas: Canvas) -> bool | Reviewed:
-        """Return True to keep all, False to keep nothing, else what is made of it."""
-        said: bool | Reviewed = canvas.run(self._draw, self._keys())
-        return said
+    went: dict[Key, set[Key]] = field(default_factory=dict, init=False)
+    told: str = field(default="", init=False)
 
     def ticked(self) -> bool | Reviewed:
         """Return what is kept as the list stands: True for all."""
         return Reviewed(frozenset(self.left_out)) if self.left_out else True
 
-    def _draw(self) -> list[Line]:
-        lines: list[Line] = [
-            [
-                ("qmark", "? "),
-                ("question", TITLE),
-                ("instruction", f"  ({_HINT})"),
-            ]
+    def hint(self) -> str:
+        """Return the keys that matter most."""
+        return "Enter: yes, Space: leave out, n: nothing, Esc: back"
+
+    def keys(self) -> Sequence[tuple[str, str]]:
+        """Return all keys."""
+        return [
+            ("Enter or y", "keep what is ticked"),
+            ("Space", "leave a line out, or take it in again"),
+            ("c", "correct it"),
+            ("n", "keep nothing"),
         ]
-        top = max(0, min(self.at - _ROWS // 2, len(self.lessons) - _ROWS))
-        for n, lesson in enumerate(self.lessons[top : top + _ROWS], start=top):
-            here, out = n == self.at, lesson.question.key in self.left_out
-            mark = ("pointer", " » ") if here else ("", "   ")
-            tick = ("then", "✗ ") if out else ("good", "✓ ")
-            style = "then" if out else "highlighted" if here else ""
-            lines.append([mark, tick, (style, plain(lesson.sentence))])
-        left = len(self.lessons) - _ROWS
-        return [*lines, *([[("then", f"   {left} more")]] if left > 0 else [])]
 
-    def _keys(self) -> KeyBindings:
-        keys = KeyBindings()
+    def rows(self) -> Sequence[Row]:
+        """Return the lessons, those left out crossed."""
+        return [self._row(n, lesson) for n, lesson in enumerate(self.lessons)]
 
-        @keys.add("up")
-        def up(event: KeyPressEvent) -> None:
-            self.at = (self.at - 1) % len(self.lessons)
+    def _row(self, n: int, lesson: Lesson) -> Row:
+        out = lesson.question.key in self.left_out
+        style = "then" if out else "highlighted" if n == self.at else ""
+        likely = lesson.answer.suggestion and f"suggested, {plain(lesson.answer.suggestion)}"
+        tick = ("then", "✗ ") if out else ("good", "✓ ")
+        return Row([tick, (style, plain(lesson.sentence))], likely)
 
-        @keys.add("down")
-        def down(event: KeyPressEvent) -> None:
-            self.at = (self.at + 1) % len(self.lessons)
+    def below(self) -> Sequence[Line]:
+        """Say what went or came with the line that was changed last."""
+        return [[("then", f"   {plain(self.told)}")]] if self.told else ()
 
-        @keys.add("space")
-        def tick(event: KeyPressEvent) -> None:
-            self._turn(self.lessons[self.at].question.key)
+    def read(self, line: str) -> Any:
+        """Leave out or take in by number; `c N` corrects."""
+        letter, _, number = line.partition(" ")
+        wanted = number if letter == "c" else line
+        if wanted.isdecimal() and 1 <= int(wanted) <= len(self.lessons):
+            self.at = int(wanted) - 1
+            return self.pressed("c" if letter == "c" else " ")
+        return super().read(line)
 
-        @keys.add("enter")
-        @keys.add("y")
-        def keep(event: KeyPressEvent) -> None:
-            event.app.exit(result=self.ticked())
-
-        @keys.add("n")
-        def refuse(event: KeyPressEvent) -> None:
-            event.app.exit(result=False)
-
-        @keys.add("c")
-        def correct(event: KeyPressEvent) -> None:
-            event.app.exit(result=Reviewed(back=self.lessons[self.at].question.key))
-
-        @keys.add("escape", eager=True)
-        def back(event: KeyPressEvent) -> None:
-            event.app.exit(result=Reviewed(back=self.lessons[-1].question.key))
-
-        return keys
+    def pressed(self, key: str) -> Any:
+        """Keep, refuse, tick or go back."""
+        here = self.lessons[self.at].question.key
+        if key == " ":
+            self._turn(here)
+        if key in ("enter", "y"):
+            return self.ticked()
+        if key == "n":
+            return False
+        if key in ("c", "escape"):
+            return Reviewed(back=here if key == "c" else self.lessons[-1].question.key)
+        return OPEN
 
     def _turn(self, key: Key) -> None:
-        """Leave a lesson out with all that rests on it, or take it in with what it rests on."""
+        """Leave a lesson out with all that rests on it; or take it in, with what it rests on and
+        what went with it."""
+        before = set(self.left_out)
         if key not in self.left_out:
             self.left_out = resting_on({*self.left_out, key}, self.lessons)
-            return
-        others = {k for k in self.left_out if key not in resting_on({k}, self.lessons)}
-        self.left_out = others - {key}
+            self.went[key] = self.left_out - before
+        else:
+            kept = {key, *self.went.pop(key, set())}
+            kept |= {k for k in self.left_out if key in resting_on({k}, self.lessons)}
+            self.left_out = resting_on(self.left_out - kept, self.lessons)
+        changed = (before ^ self.left_out) - {key}
+        others = [each.sentence for each in self.lessons if each.question.key in changed]
+        how = "left out with it" if key in self.left_out else "taken in with it"
+        self.told = f"{how}: {sentence_list(others)}" if others else ""

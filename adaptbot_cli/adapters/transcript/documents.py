@@ -174,7 +174,8 @@ def told_of_reply(turn: Turn, reply: object, kg: Kg) -> Document:
             return {"reply": reply.text, **calls, **spent, **cost, **failed}
         case Answer():
             to = {"to": told_of_key(reply.to)} if reply.to is not None else {}
-            return {"answer": reply.value, **to, **_last(reply), **_by(reply)}
+            taken = {"suggestion": reply.suggestion} if reply.suggestion else {}
+            return {"answer": reply.value, **taken, **to, **_last(reply), **_by(reply)}
         case Edit():
             return _edit(turn, reply)
         case tuple() if isinstance(turn, Offer):
@@ -255,7 +256,21 @@ def _offered(turn: Offer, answers: tuple[Answer, ...]) -> Document:
         if answer.value != LATER.value
     ]
     by = _by(given[0][1]) if given else {}
-    return {"answers": {prop: answer.value for prop, answer in given}, **_last(*answers), **by}
+    taken = {prop: answer.suggestion for prop, answer in given if answer.suggestion}
+    return {
+        "answers": {prop: answer.value for prop, answer in given},
+        **({"suggestions": taken} if taken else {}),
+        **_last(*answers),
+        **by,
+    }
+
+
+def suggestion_of(document: Document, prop: str = "") -> str:
+    """Return why an answer was suggested that was taken as it stood, "" if the person gave it; of
+    an offer, the answer for a property."""
+    taken = document.get("suggestions")
+    found = taken.get(prop) if isinstance(taken, dict) else document.get("suggestion")
+    return str(found or "")
 
 
 def finished(result: Result) -> Document:

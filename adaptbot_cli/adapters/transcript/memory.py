@@ -9,11 +9,13 @@ from adaptbot_cli.adapters.transcript.documents import (
     finding_text,
     key_of,
     said,
+    suggestion_of,
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.questions import (
     AS_BEFORE,
+    KINDS,
     LATER,
     STOP,
     YES,
@@ -111,8 +113,9 @@ class Memory:
             return
         self.offers.add(about)
         for prop, value in (document.get("answers") or {}).items():
-            for kind in ("attribute", "place", "value"):
-                self.answers[(kind, about, str(prop), "item")] = _answer(said(value), document)
+            given = _answer(said(value), document, str(prop))
+            for kind in (kind for kind, spec in KINDS.items() if spec.together):
+                self.answers[(kind, about, str(prop), "item")] = given
 
     def _reopen(self, key: Key | None) -> None:
         if key is not None and key in self.answers:
@@ -134,8 +137,9 @@ class Memory:
         return replace(question, suggested=Suggestion(before.value, AS_BEFORE))
 
 
-def _answer(value: str, document: Document) -> Answer:
-    return Answer(value, str(document.get("by", "")), str(document.get("at", "")))
+def _answer(value: str, document: Document, prop: str = "") -> Answer:
+    by, at = str(document.get("by", "")), str(document.get("at", ""))
+    return Answer(value, by, at, suggestion=suggestion_of(document, prop))
 
 
 def _texts(findings: object) -> tuple[str, ...]:

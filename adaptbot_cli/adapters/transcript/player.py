@@ -13,6 +13,7 @@ from adaptbot_cli.adapters.transcript.documents import (
     key_of,
     said,
     seen_of,
+    suggestion_of,
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.kg import Kg
@@ -37,6 +38,7 @@ from adaptbot_cli.errors import ReplayError
 _GIVEN_BACK = frozenset(
     {
         *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "last", "by"),
+        *("suggestion", "suggestions"),
         *("at", "answers", "kept", "left_out", "back", "revision"),
         *(
             "edit",
@@ -125,7 +127,8 @@ class Player:
         value = said(self._given("answer"))
         to = key_of(self._given("to")) if value == "back" else None
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))
-        return Answer(value, by, at, to, self.current.get("last") is True)
+        last = self.current.get("last") is True
+        return Answer(value, by, at, to, last, suggestion_of(self.current))
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Give what was told besides; without an `offer` in the transcript, nothing."""
@@ -135,7 +138,10 @@ class Player:
         given = self.current.get("answers") or {}
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))
         told = [
-            Answer(said(given[q.prop]), by, at) if q.prop in given else LATER for q in questions
+            Answer(said(given[q.prop]), by, at, suggestion=suggestion_of(self.current, q.prop))
+            if q.prop in given
+            else LATER
+            for q in questions
         ]
         told[-1] = replace(told[-1], last=self.current.get("last") is True)
         return tuple(told)

@@ -1,11 +1,10 @@
 """What the commands that change something share: seen first, agreed to, then committed."""
 
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from adaptbot_cli.cli.common import at_terminal, console, print_json
+from adaptbot_cli.cli.common import console, print_json, terminal
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -70,8 +69,9 @@ def agreed(out: "Console", question: str) -> bool:
     """Ask the person at the terminal. Raises UsageError if there is none."""
     from adaptbot_cli.errors import UsageError
 
-    if not (at_terminal(sys.stdin) and at_terminal(out.file)):
+    if terminal() is None:
         raise UsageError("there is no terminal to ask at: say --yes, or --dry-run")
-    from adaptbot_cli.adapters.terminal.prompts import Prompts
+    from adaptbot_cli.adapters.terminal.canvas import ask
+    from adaptbot_cli.adapters.terminal.menu import YesNo
 
-    return Prompts(out).yes(question)
+    return bool(ask(YesNo(question), out).value == "yes")

@@ -1,7 +1,7 @@
 """`adaptbot kg add`, `retract`, `revert`: teaching and taking back, without a task."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,10 @@ from adaptbot_cli.cli.common import (
     terminal,
 )
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
+
+if TYPE_CHECKING:
+    from adaptbot_cli.session.changing import Proposal
+    from adaptbot_cli.session.knowing import Home
 
 
 def retract(
@@ -29,22 +33,10 @@ def retract(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Take back that something is not here, another name, a fact, or a thing with all its facts."""
-    from adaptbot_cli.adapters.tables.changes import verdicts
     from adaptbot_cli.session import changing
 
     home = home_of(workspace_dir, domain)
-    proposal = changing.retract(home, name, prop, value)
-    changed = changing.verdicts(home, proposal.delta)
-    told = {"plans": _as_json(changed)}
-    return carry_out(
-        home,
-        proposal,
-        yes=yes,
-        dry_run=dry_run,
-        json=json,
-        more=verdicts(changed),
-        told=told,
-    )
+    return _taken_back(home, changing.retract(home, name, prop, value), yes, dry_run, json)
 
 
 def revert(
@@ -64,7 +56,6 @@ def revert(
 
     Later work stays. The plans of the library that are judged otherwise then are named.
     """
-    from adaptbot_cli.adapters.tables.changes import verdicts
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import changing
 
@@ -77,6 +68,14 @@ def revert(
         proposal = changing.revert_answer(home, answer)
     else:
         proposal = changing.revert(home, str(revision))
+    return _taken_back(home, proposal, yes, dry_run, json)
+
+
+def _taken_back(home: "Home", proposal: "Proposal", yes: bool, dry_run: bool, json: bool) -> int:
+    """Carry out that something is taken back; name the plans that are judged otherwise then."""
+    from adaptbot_cli.adapters.tables.changes import verdicts
+    from adaptbot_cli.session import changing
+
     changed = changing.verdicts(home, proposal.delta)
     return carry_out(
         home,
@@ -90,6 +89,10 @@ def revert(
 
 
 def undo(
+    suggestions: Annotated[
+        bool,
+        typer.Option("--suggestions", help="All answers that were taken as they were suggested."),
+    ] = False,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
     domain: DomainOption = None,
@@ -101,6 +104,8 @@ def undo(
     from adaptbot_cli.session import changing
 
     home = home_of(workspace_dir, domain)
+    if suggestions:
+        return _taken_back(home, changing.suggestions(home), yes, dry_run, json)
     latest = changing.last_learned(home)
     if latest is None:
         raise UsageError(f"nothing that was learned of the {home.domain} is left to take back")

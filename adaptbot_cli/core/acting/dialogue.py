@@ -224,11 +224,11 @@ def _new(unknown: Unknown, kg: Kg) -> Talk:
 def _hub(unknown: Unknown, draft: Draft, tries: int) -> Question:
     text = f'Is this what "{unknown.name.replace("_", " ")}" means?'
     choices = (
-        Choice(YES, "yes"),
-        Choice(TAKES, "no, it takes other things"),
-        Choice(REQUIRES, "no, it requires something else"),
-        Choice(CHANGES, "no, it changes something else"),
-        Choice(LATER.value, "ask me later"),
+        Choice(YES, "yes", key="y"),
+        Choice(TAKES, "no, it takes other things", key="t"),
+        Choice(REQUIRES, "no, it requires something else", key="r"),
+        Choice(CHANGES, "no, it changes something else", key="c"),
+        Choice(LATER.value, "ask me later", key="l"),
     )
     question = _question(unknown, "means" if tries == 1 else f"means_{tries}", text, choices)
     return replace(question, notes=said_of(draft, examples(draft, unknown.call)))

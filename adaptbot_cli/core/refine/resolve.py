@@ -128,7 +128,10 @@ def _renamed(name: str, entity: URIRef, scene: Scene) -> Change | None:
         return None
     learned = not {normal(form) for form in scene.kg.aliases(entity)}.isdisjoint(variants(name))
     if learned:
-        return Change(name, proper, "alias", f"{name} is another name for {proper}", "human")
+        why = f"{name} is another name for {proper}"
+        if normal(name) in scene.instead:
+            why = f"{proper} is used instead, this time only"
+        return Change(name, proper, "alias", why, "human")
     return Change(name, proper, "normalisation", f"{name} is {proper}, written differently")
 
 
@@ -402,6 +405,8 @@ def _action_named(name: str, scene: Scene) -> NamedAction | None:
                 return NamedAction(known, Change(name, known.name, "normalisation", why))
             if taught or said in map(folded, known.aliases):
                 why = f"{name} is another name for {known.name}"
+                if normal(name) in scene.instead:
+                    why = f"{known.name} is done instead, this time only"
                 return NamedAction(known, Change(name, known.name, "alias", why, by))
             if fixed:
                 told = sentence_list([called.parameter for called in fixed])

@@ -1,0 +1,197 @@
+"""A question with rows below it: what every prompt of this program is made of.
+
+A menu has no terminal: it says what is drawn and what a key or, in the plain face, a line leads to.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from textwrap import wrap
+from typing import Any
+
+from adaptbot_cli.adapters.terminal.canvas import OPEN, heading
+from adaptbot_cli.adapters.terminal.words import plain, title
+from adaptbot_cli.core.questions import Choice
+
+Line = Sequence[tuple[str, str]]
+"""One line to draw: styles, each with its text."""
+
+Check = Callable[[str], str]
+
+BACK = Choice("back", "back")
+_MOST = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Something that can be pointed at: its `parts`, what follows from it (`then`), and a line that
+    stands `above` it."""
+
+    parts: Line
+    then: str = ""
+    above: str = ""
+
+
+@dataclass
+class Menu:
+    """A question (`text`), rows of which one is pointed at, and keys.
+
+    `back` is what Esc leads to, in a word, "" if to nothing. Subclasses say what the rows are and
+    what becomes of a key; moving about, showing the keys and the numbered lines are the same for
+    all.
+    """
+
+    text: str
+    back: str = ""
+    at: int = 0
+    note: str = field(default="", init=False)
+    helping: bool = field(default=False, init=False)
+
+    def rows(self) -> Sequence[Row]:
+        """Return what can be pointed at."""
+        raise NotImplementedError
+
+    def pressed(self, key: str) -> Any:
+        """Return the answer that a key gives, `OPEN` if none yet."""
+        raise NotImplementedError
+
+    def hint(self) -> str:
+        """Return the keys that stand beside the question."""
+        return f"Esc: {self.back}" if self.back else ""
+
+    def keys(self) -> Sequence[tuple[str, str]]:
+        """Return the keys that ? shows, with what each does, besides moving about."""
+        return ()
+
+    def above(self) -> Sequence[Line]:
+        """Return the lines between the question and the rows."""
+        return ()
+
+    def below(self) -> Sequence[Line]:
+        """Return the lines after the rows."""
+        return ()
+
+    def most(self) -> int:
+        """Return how many rows are shown at once."""
+        return _MOST
+
+    def press(self, key: str) -> Any:
+        """Return the answer that a key gives, `OPEN` if none yet."""
+        if key == "?":
+            self.helping = not self.helping
+            return OPEN
+        if key in ("up", "down"):
+            self.at = (self.at + (1 if key == "down" else -1)) % max(len(self.rows()), 1)
+            return OPEN
+        if key == "escape" and not self.back:
+            return OPEN
+        return self.pressed(key)
+
+    def read(self, line: str) -> Any:
+        """Return the answer that a line gives: a row's number, or a key by its name."""
+        if line.isdecimal() and 1 <= int(line) <= len(self.rows()):
+            self.at = int(line) - 1
+            return self.pressed("enter")
+        return self.press(_NAMED.get(line, line))
+
+    def draw(self, width: int, numbered: bool) -> list[Line]:
+        """Return the lines to show; `numbered` says that they are read one after the other."""
+        hint = ", ".join(part for part in (self.hint(), "?: keys") if part)
+        lines = [*heading(plain(self.text), hint, width), *self.above()]
+        rows = self.rows()
+        most = len(rows) if numbered else self.most()
+        top = max(0, min(self.at - most + 1, len(rows) - most))
+        for n, row in enumerate(rows[top : top + most], start=top):
+            if row.above:
+                lines.append([("then", f"  {row.above}")])
+            mark = ("pointer", " » ") if n == self.at else ("", "   ")
+            lines += _drawn(row, ("", f" {n + 1:>2}. ") if numbered else mark, width)
+        if len(rows) > top + most or top:
+            lines.append([("then", f"   {len(rows) - most} more")])
+        lines += [*self.below()]
+        if self.note:
+            lines.append([("bad", f"   {self.note}")])
+        if self.helping:
+            lines += self._help(numbered, width)
+        return lines
+
+    def _help(self, numbered: bool, width: int) -> list[Line]:
+        moving = [("a number", "that line"), ("esc", self.back)] if numbered else [("↑ ↓", "move")]
+        escape = [("Esc", self.back)] if not numbered else []
+        told = [*moving, *self.keys(), *escape, ("Ctrl-C", "stop"), ("?", "hide this")]
+        text = ", ".join(f"{key}: {what}" for key, what in told if what)
+        return [[("then", f"   {part}")] for part in wrap(text, max(width - 5, 20))]
+
+
+_NAMED = {"": "enter", "b": "escape", "esc": "escape", "-": "tab"}
+"""What stands for a key on a line of its own."""
+
+
+def _drawn(row: Row, mark: tuple[str, str], width: int) -> list[Line]:
+    """A row's lines: what follows from it stands behind it, or below it where it has no room."""
+    taken = sum(len(text) for _, text in (mark, *row.parts))
+    if not row.then:
+        return [[mark, *row.parts]]
+    if taken + 2 + len(row.then) < width:
+        return [[mark, *row.parts, ("then", f"  {row.then}")]]
+    told = wrap(row.then, max(width - 9, 20))
+    return [[mark, *row.parts], *([("then", f"       {part}")] for part in told)]
+
+
+@dataclass
+class Keys(Menu):
+    """One of a few: the key of a choice is the answer, Enter takes the one that is pointed at.
+
+    `by_enter` tells afterwards whether it was Enter that answered.
+    """
+
+    choices: Sequence[Choice] = ()
+    by_enter: bool = field(default=False, init=False)
+    letters: list[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Give every choice a key: its own if all have one, else its number."""
+        found = [choice.key for choice in self.choices]
+        if not all(found) or len(set(found)) < len(found):
+            found = [str(n) for n in range(1, len(found) + 1)]
+        self.letters = found
+
+    def hint(self) -> str:
+        """Return that one key is enough."""
+        return "one key, b: back" if self.back else "one key"
+
+    def rows(self) -> Sequence[Row]:
+        """Return the choices with their keys."""
+        return [
+            Row(
+                [("highlighted" if n == self.at else "", f"{key}) {title(choice.label)}")],
+                plain(choice.then),
+            )
+            for n, (choice, key) in enumerate(zip(self.choices, self.letters, strict=True))
+        ]
+
+    def keys(self) -> Sequence[tuple[str, str]]:
+        """Return the letters, and that Enter takes what is pointed at."""
+        return [("Enter", "take what is marked"), ("/".join(self.letters), "answer at once")]
+
+    def pressed(self, key: str) -> Any:
+        """Return the choice of a key."""
+        if key == "enter":
+            self.by_enter = True
+            return self.choices[self.at]
+        if key in self.letters:
+            return self.choices[self.letters.index(key)]
+        return BACK if self.back and key in ("escape", "b") else OPEN
+
+
+YES, NO = Choice("yes", "yes", key="y"), Choice("no", "no", key="n")
+
+
+@dataclass
+class YesNo(Keys):
+    """Yes or no; Enter is yes."""
+
+    choices: Sequence[Choice] = (YES, NO)
+
+    def hint(self) -> str:
+        """Return both keys."""
+        return "Y/n"
