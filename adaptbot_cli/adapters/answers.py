@@ -1,6 +1,6 @@
 """Answers from a file, for a run without a terminal: by subject, then by question."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from adaptbot_cli.core.questions import (
     YES,
     Answer,
     Question,
+    Reviewed,
 )
 from adaptbot_cli.errors import UsageError
 
@@ -47,13 +48,15 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
 class AnswersHuman:
     """Answers from a file, `path` in messages; what the file does not tell stays open.
 
-    `asked` are the keys that could have been told, by subject.
+    `asked` are the keys that could have been told, by subject; `reviewer` looks at what was learned
+    before it is kept, if that is not agreed to by giving the file.
     """
 
     answers: dict[str, dict[str, Any]]
     by: str
     path: str = "the answers"
     asked: dict[str, set[str]] = field(default_factory=dict)
+    reviewer: Callable[[tuple[Lesson, ...]], bool | Reviewed] | None = None
 
     def ask(self, question: Question) -> Answer:
         """Return the file's answer to a question, by its kind or by the property it asks for.
@@ -97,12 +100,13 @@ class AnswersHuman:
     def _unfit(self, question: Question, problem: str, there_is: str) -> UsageError:
         choices = ", ".join(_choices(question).values())
         near = ", ".join(question.known[:3])
-        known = f", or is NAME or, this time only, instead NAME, such as is {near}" if near else ""
+        once = "; instead NAME holds this time only"
+        known = f", or is NAME with a known name, such as {near}{once}" if near else ""
         return UsageError(f"{self.path}: {question.about}: {problem}; {there_is} {choices}{known}")
 
-    def review(self, lessons: tuple[Lesson, ...]) -> bool:
-        """Accept: whoever wrote the file has said so."""
-        return True
+    def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
+        """Accept, unless somebody looks at it: whoever wrote the file has said so."""
+        return self.reviewer(lessons) if self.reviewer else True
 
 
 def _told(question: Question, told: dict[str, Any]) -> object:

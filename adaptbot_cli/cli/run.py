@@ -126,6 +126,11 @@ def run(
         raise UsageError('say what to do: adaptbot run "make omelette"')
     if record is not None and record.is_file() and not force:
         raise UsageError(f"{record} is there already; --force writes over it")
+    if edit and (answers is not None or no_human or terminal() is None):
+        raise UsageError(
+            "--edit offers the plan to a person at a terminal, and here nobody is asked; leave out "
+            "--edit, or --answers and --no-human"
+        )
     home = workspace(workspace_dir)
     settings, named = home.settings, domain_name(domain, home)
     screen = console(stderr=json)

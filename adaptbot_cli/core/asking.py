@@ -327,7 +327,7 @@ def unknown_action(name: str, report: Report) -> acting.Unknown:
 def what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:
     """Return the question what kind of thing something is."""
     choices = tuple(Choice(local(kind.iri), kind.label, kind.comment) for kind in kinds)
-    text = f"What is {name.replace('_', ' ')}?"
+    text = f'What is "{name.replace("_", " ")}"?'
     return Question("kind", name, text, choices=choices, context=context)
 
 

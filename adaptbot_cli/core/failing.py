@@ -97,7 +97,7 @@ def _where(run: Run, entity: URIRef, prop: URIRef, why: str) -> Question:
     name = normal(run.kg.name(entity))
     question = attribute_question(run.kg, name, run.kg.domain.properties[prop], "")
     notes = (why, *(f"seen: {sentence}" for sentence in run.seen(3, name)))
-    return replace(question, notes=notes, text=f"Where is {name.replace('_', ' ')}?")
+    return replace(question, notes=notes, text=f'Where is "{name.replace("_", " ")}"?')
 
 
 def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:

@@ -115,7 +115,8 @@ def attribute_question(
     `prevents` is what not knowing it prevents.
     """
     plain = name.replace("_", " ")
-    text = prop.question.format(name=plain) if prop.question else f"Is {plain} {prop.label}?"
+    quoted = f'"{plain}"'
+    text = prop.question.format(name=quoted) if prop.question else f"Is {quoted} {prop.label}?"
     kind, choices, number = _form_of(kg, name, prop, prevents)
     known = () if kind != "place" else _known_otherwise(kg, prop)
     return Question(

@@ -288,7 +288,7 @@ def human_of(request: Request, prompts: "Console | None") -> Human:
     if prompts is None or not request.ask:
         return AbsentHuman()
     rejects = request.chosen is None or request.chosen.model is not None
-    return TerminalHuman(prompts, person(), _stamp, edits=request.edit, rejects=rejects)
+    return TerminalHuman(prompts, person(), stamp, edits=request.edit, rejects=rejects)
 
 
 def person() -> str:
@@ -306,7 +306,8 @@ def started() -> datetime:
     return datetime.now(UTC)
 
 
-def _stamp() -> str:
+def stamp() -> str:
+    """Return the time as a transcript tells it."""
     return started().isoformat(timespec="seconds")
 
 

@@ -12,7 +12,7 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import STOP
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
-from adaptbot_cli.session.building import person
+from adaptbot_cli.session.building import person, stamp
 from adaptbot_cli.session.changing import keeper
 from adaptbot_cli.session.driving import perform
 from adaptbot_cli.session.knowing import Home
@@ -29,11 +29,19 @@ class Added:
     revision: str | None
 
 
-def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None") -> Added:
+def teach(
+    home: Home,
+    name: str,
+    answers: Path | None,
+    prompts: "Console | None",
+    agreed: bool = False,
+    dry_run: bool = False,
+) -> Added:
     """Ask all about a thing, have it reviewed, commit it.
 
-    `prompts` is the terminal to ask at. An interruption leaves the answers given so far in a file
-    from which they can be given again.
+    `prompts` is the terminal to ask at. What a file of answers teaches is reviewed there too,
+    unless it is `agreed` to; with `dry_run` nothing is kept. An interruption leaves the answers
+    given so far in a file from which they can be given again.
 
     Raises:
         UsageError: there is nobody to ask, or the name says nothing.
@@ -41,7 +49,7 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         Interrupted: the person pressed Ctrl-C; the message names the file with the answers.
     """
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.session.driving import Ports
+    from adaptbot_cli.session.driving import Nowhere, Ports
 
     if not normal(name):
         raise UsageError("say what there is: adaptbot kg add NAME")
@@ -49,9 +57,10 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         raise UsageError(
             f"{name} is not here, as a person has said; adaptbot kg retract takes that back first"
         )
-    store = keeper(home)
+    human = _human(answers, prompts, agreed or dry_run)
+    store = Nowhere() if dry_run else keeper(home)
     nobody: Any = None
-    ports = Ports(nobody, _human(answers, prompts), WordNet(), store)
+    ports = Ports(nobody, human, WordNet(), store)
     given: dict[str, dict[str, str]] = {}
     try:
         return _drive(name, home, ports, given)
@@ -64,17 +73,22 @@ def teach(home: Home, name: str, answers: Path | None, prompts: "Console | None"
         raise KnowledgeError(f"{stopped}{hint}") from stopped
 
 
-def _human(answers: Path | None, prompts: "Console | None") -> Human:
-    from datetime import UTC, datetime
+def _human(answers: Path | None, prompts: "Console | None", agreed: bool) -> Human:
 
     from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
     from adaptbot_cli.adapters.terminal import TerminalHuman
 
-    if answers is not None:
+    if answers is not None and agreed:
         return AnswersHuman(read_answers(answers), person(), str(answers))
     if prompts is None:
-        raise UsageError("there is no terminal to ask at: say --answers FILE")
-    return TerminalHuman(prompts, person(), lambda: datetime.now(UTC).isoformat(timespec="seconds"))
+        wanted = "--yes, or --dry-run" if answers else "--answers FILE"
+        raise UsageError(f"there is no terminal to ask at: say {wanted}")
+    now = stamp
+    terminal = TerminalHuman(prompts, person(), now)
+    if answers is None:
+        return terminal
+    told, path = read_answers(answers), str(answers)
+    return AnswersHuman(told, person(), path, reviewer=terminal.review)
 
 
 def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) -> Added:

@@ -305,7 +305,7 @@ def test_a_run_is_told_in_lines_and_the_plan_before_the_first_question_only() ->
         "· asking for another plan: 1 finding still open",
         "Plan",
         "Findings",
-        "✓ learned: there is clamp: tool",
+        "✓ noted: there is clamp: tool",
         "· checked: 4 steps, 1 changed, 2 inserted, nothing open",
         "! rehearsed on a copy of the state: the goal is not met (1 condition)",
     ]

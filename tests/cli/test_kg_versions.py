@@ -33,7 +33,7 @@ def taught(tmp_path_factory: pytest.TempPathFactory) -> Home:
     answers = home.write("answers.yaml", ANSWERS)
     assert home.adaptbot("run", "make omelette", "--answers", answers).code == 0
     leek = home.write("leek.yaml", LEEK)
-    assert home.adaptbot("kg", "add", "leek", "--answers", leek).code == 0
+    assert home.adaptbot("kg", "add", "leek", "--answers", leek, "--yes").code == 0
     return home
 
 
@@ -74,7 +74,7 @@ def test_the_log_tells_who_taught_what_and_for_what(taught: Home) -> None:
     added, learned, start = told.json()
     assert (learned["task"], learned["planner"]) == ("omelette", "plan library")
     assert learned["transcript"].endswith("make_omelette.yaml")
-    assert learned["answers"][1]["question"] == "Where is chives kept?"
+    assert learned["answers"][1]["question"] == 'Where is "chives" kept?'
     assert learned["answers"][1]["answer"] == "fridge" and learned["answers"][1]["by"]
     assert added["task"] == "add leek" and start["start"] and start["added"] > 1000
     assert "leek" not in one.out and "chives" in one.out
@@ -86,7 +86,7 @@ def test_why_of_a_fact_outlives_later_commits(fresh: Fresh) -> None:
     edit(fresh(), "state.ttl", "ex:chives ", "# moved by hand\nex:chives ")
     told = knowing.why(fresh(), "chives place")
     [origin] = told.facts.values()
-    assert (origin.source, origin.question) == ("answer", "Where is chives kept?")
+    assert (origin.source, origin.question) == ("answer", 'Where is "chives" kept?')
     assert (origin.said, origin.task, origin.planner) == ("fridge", "omelette", "plan library")
     assert origin.transcript.endswith(".yaml") and origin.when and origin.by
     assert {o.source for o in knowing.why(fresh(), "egg").facts.values()} == {"pack"}
@@ -384,7 +384,7 @@ def test_an_export_is_the_same_whenever_it_is_made(taught: Home) -> None:
 def test_a_new_thing_is_added_in_a_place_that_is_new_too(home: Home) -> None:
     text = "leek: {kind: object, obj_location: new crate, IsLiquid: no}\n"
     told = home.write("told.yaml", f"{text}crate: {{kind: imreceptacle}}\n")
-    ended = home.adaptbot("kg", "add", "leek", "--answers", told)
+    ended = home.adaptbot("kg", "add", "leek", "--answers", told, "--yes")
     assert ended.code == 0 and "there is crate" in ended.out and "place crate" in ended.out
     assert "+ leek obj_location crate" in [f for t in home.trailers().values() for f in t]
 

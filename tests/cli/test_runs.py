@@ -26,7 +26,10 @@ def test_runs_are_listed_newest_first_and_by_their_words(home: Home) -> None:
 def test_undo_takes_back_the_last_thing_learned_then_the_one_before(home: Home) -> None:
     answers = home.write("answers.yaml", CHIVES)
     assert home.adaptbot("run", "make omelette", "--answers", answers).code == 0
-    assert home.adaptbot("kg", "add", "leek", "--answers", home.write("a.yaml", LEEK)).code == 0
+    leek = ("kg", "add", "leek", "--answers", home.write("a.yaml", LEEK))
+    assert home.adaptbot(*leek).code == 2  # what it teaches is seen first, and nobody is there
+    assert "leek" in home.adaptbot(*leek, "--dry-run").said
+    assert home.adaptbot(*leek, "--yes").code == 0
     assert home.adaptbot("undo").code == 2  # it is shown first, and nobody is there to say yes
     assert "leek" in home.adaptbot("undo", "--dry-run").said
     assert home.adaptbot("undo", "--yes").code == 0

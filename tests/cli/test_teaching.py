@@ -76,7 +76,7 @@ def test_a_new_action_is_taught_kept_and_known_from_then_on(home: Home, domain: 
     ):
         opened.answers(*dialogue, KEEP)
         opened.ends()
-    assert "learned" in opened.screen and "Traceback" not in opened.screen
+    assert "noted: " in opened.screen and "Traceback" not in opened.screen
     trailers = home.trailers()
     assert "Is this what" in trailers["Question-1"][0] and "requires:" in trailers["Question-1"][0]
     assert any(" effect DELETE" in fact for fact in trailers["Fact-1"])

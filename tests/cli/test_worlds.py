@@ -356,8 +356,8 @@ def test_steps_are_confirmed_at_the_terminal(home: Home) -> None:
     run = ["run", "make tea", "--world", world, "--confirm", "each"]
     with tty(home, *run) as terminal:
         terminal.answers(
-            ('Shall the robot do pick_up_rec("pot")?', "1"),
-            ('Shall the robot do put_down_rec("pot", "stove")?', "3"),
+            ('Shall the robot do pick_up_rec("pot")?', "y"),
+            ('Shall the robot do put_down_rec("pot", "stove")?', "n"),
         )
         assert terminal.ends() == 3 and "stopped after 1 step" in terminal.said
 

@@ -72,6 +72,7 @@ def test_an_unknown_item_is_asked_about_with_the_nearest_names_first() -> None:
     assert question.context == "take_tool(dril)"
     assert [choice.value for choice in question.choices] == [
         "is",
+        "instead",
         "absent",
         "exists",
         "edit",
@@ -136,7 +137,7 @@ def test_it_exists_and_two_kinds_fit_so_the_kind_is_asked() -> None:
     assert talk.say("exists") is None
     question = talk.question
     assert question is not None
-    assert (question.kind, question.text) == ("kind", "What is slab?")
+    assert (question.kind, question.text) == ("kind", 'What is "slab"?')
     assert [(c.value, c.label, c.then) for c in question.choices] == [
         ("part", "part", "worked on"),
         ("tool", "tool", ""),
@@ -156,7 +157,7 @@ def test_the_place_is_asked_after_existence_and_becomes_a_state() -> None:
     talk.say("exists")
     question = talk.question
     assert question is not None
-    assert (question.kind, question.text) == ("place", "Where is slab kept?")
+    assert (question.kind, question.text) == ("place", 'Where is "slab" kept?')
     # Where most things are kept comes first; not to know is an answer.
     assert [choice.value for choice in question.choices] == [
         "bench", "cupboard", "stove", "unknown"
@@ -178,7 +179,7 @@ def test_an_unknown_attribute_is_asked_in_the_domains_words() -> None:
     question = Lessons("drill_hole(plank)").question
     assert question is not None
     assert (question.kind, question.about, question.prop) == ("attribute", "plank", "drillable")
-    assert question.text == "Can one drill plank?"
+    assert question.text == 'Can one drill "plank"?'
     assert [choice.value for choice in question.choices] == ["yes", "no", "unknown"]
 
 
@@ -186,7 +187,7 @@ def test_an_attribute_without_a_wording_is_asked_by_its_name() -> None:
     talk = Lessons("drill_hole(board, saw)", replaced("attributes.ttl", "w:drills false ; ", ""))
     question = talk.question
     assert question is not None
-    assert question.text == "Is saw drills?"
+    assert question.text == 'Is "saw" drills?'
 
 
 def test_yes_makes_the_attribute_true_and_its_state_start() -> None:

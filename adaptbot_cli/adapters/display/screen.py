@@ -93,7 +93,7 @@ class Screen:
         elif isinstance(reply, Proposal) and reply.failure:
             self._note(WARNING, reply.failure)
         elif isinstance(turn, Learned):
-            self._note(GOOD, f"learned: {turn.lesson.sentence}")
+            self._note(GOOD, f"noted: {turn.lesson.sentence}")
         elif isinstance(turn, Executed):
             self._executed(turn)
         elif isinstance(turn, Begin):

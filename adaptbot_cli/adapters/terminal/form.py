@@ -85,7 +85,7 @@ class Form(Menu):
             row.reason = AS_BEFORE if row.given else suggested.reason
             row.told = suggested.reason == AS_BEFORE
         first = entries[0].question
-        text = f"What do you know of {title(first.about)}?"
+        text = f'What do you know of "{title(first.about)}"?'
         form = cls(text, "back" if first.answered else "", entries=entries)
         at = [n for n, row in enumerate(entries) if row.question.key == cursor]
         form.at = next(iter(at or form.lacking()), 0)

@@ -121,6 +121,8 @@ def add(
     answers: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
     ] = None,
+    yes: YesOption = False,
+    dry_run: DryRunOption = False,
     domain: DomainOption = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:
@@ -134,7 +136,7 @@ def add(
     from adaptbot_cli.session.teaching import teach
 
     home = home_of(workspace_dir, domain)
-    added = teach(home, name, answers, terminal())
+    added = teach(home, name, answers, terminal(), yes, dry_run)
     out = console()
     for lesson in added.lessons:
         out.print(Text("✓ ", "green") + said(lesson.sentence))
