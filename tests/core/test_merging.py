@@ -114,7 +114,7 @@ def test_a_conflict_is_one_question_that_tells_both_answers_and_who_gave_them() 
     ours, theirs = (BASE - {(EGG, AT, ex("fridge"))} | {(EGG, AT, ex(p))} for p in ("table", "pan"))
     [one] = conflicts(Merge(BASE, ours, theirs), kg.domain)
     asked = question(one, kg, ("ann, 2026-01-02", "bob, 2026-01-03"))
-    assert (asked.text, asked.prop) == ("Where is egg kept?", "obj_location")
+    assert (asked.text, asked.prop) == ('Where is "egg" kept?', "obj_location")
     told = [(c.value, c.then) for c in asked.choices[:2]]
     assert told == [("table", "here, ann, 2026-01-02"), ("pan", "there, bob, 2026-01-03")]
     assert [side_of(Answer(v), asked) for v in ("pan", "table", "later")] == [
