@@ -79,7 +79,7 @@ def test_two_homes_learn_and_each_knows_afterwards_who_taught_what(
         git(home.workspace, "fsck", "--strict")
         why = home.adaptbot("kg", "why", "leek", "--json").json()
         assert {fact["origin"]["source"] for fact in why["facts"]} >= {"answer"}
-        assert "Where is leek kept?" in str(why)
+        assert 'Where is "leek" kept?' in str(why)
         assert "SPARQL update" in home.adaptbot("kg", "why", "egg").said
         assert home.adaptbot("kg", "validate").code == 0
     assert "nothing new" in ann.adaptbot("kg", "sync", str(hub)).said
