@@ -22,8 +22,7 @@ _CLOSING = {
 _APOSTROPHES = "'’"
 # Markdown escapes the underscore: pick\_up. Some models write pick-up.
 _NAME = re.compile(r"(?<!\w)(?:[^\W\d]\w*\.)*((?:[^\W\d]|\\_)(?:\w|\\_|-(?=[^\W\d]))*)\Z")
-_SPACE = re.compile(r"[^\S\n]*")
-_COMMENT = re.compile(r"(?:#|//)[^\n]*")
+_SPACE = re.compile(r"[^\S\n]*(?:(?:#|//)[^\n]*)?")
 _KEYWORD = re.compile(
     r"([^\W\d]\w{0,80})[^\S\n]*(?:=(?!=)|:(?=[^\S\n]*[\"'“‘`]))[^\S\n]*",
 )
@@ -165,17 +164,11 @@ def swallow(text: str, pos: int) -> int:
 def _gap(text: str, pos: int) -> int:
     """Skip space, comments and the line breaks that a call may hold."""
     while True:
-        pos = _skip(text, pos)
+        match = _SPACE.match(text, pos)
+        pos = match.end() if match else pos
         if text[pos : pos + 1] != "\n" or _BREAK.match(text, pos + 1):
             return pos
         pos += 1
-
-
-def _skip(text: str, pos: int) -> int:
-    match = _SPACE.match(text, pos)
-    pos = match.end() if match else pos
-    comment = _COMMENT.match(text, pos)
-    return comment.end() if comment else pos
 
 
 def _argument(text: str, pos: int) -> Reading:

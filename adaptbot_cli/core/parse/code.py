@@ -107,18 +107,12 @@ class Block:
                 yield entry
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
-    """A head in a line. What it rules stands from `body` to `until`; `opens` tells that the lines
-    below are ruled too."""
-
-    block: Block
-    body: int
-    until: int
-    opens: bool
+Head = tuple[Block, int, int, bool]
+"""A head in a line: its block, where what it rules begins and ends in the line, and whether the
+lines below are ruled too."""
 
 
-def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> Header | None:
+def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> Head | None:
     """Read the head that a line's content, from `start` to `end`, begins with, if any.
 
     "If the pan is dirty, clean it" is one as well; "For the salad:" and "While it boils:" are not.
@@ -131,7 +125,7 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
         if function:
             block.name = function[1]
             block.params = tuple(re.findall(r"(?:\A|,)\s*\*{0,2}(\w+)", function[2]))
-        return Header(block, frame.end(), end, opens=True)
+        return block, frame.end(), end, True
     counted = _TIMES.match(text, start, end) or _KEYED.match(text, start, end)
     if counted is not None:
         often = count_of(next(filter(None, counted.groups()), "").replace(".", " "))
@@ -142,7 +136,7 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
         indent = start - text.rfind("\n", 0, start) - 2 if keyed else indent
         block = Block(indent, "loop" if often else "condition", head, start, over=f"range({often})")
         block.often = True
-        return Header(block, body, end, opens=not text[body:end].strip(" {*_`\t"))
+        return block, body, end, not text[body:end].strip(" {*_`\t")
     word = _WORD.match(text, start, end)
     if word is None or (text[word.end() : word.end() + 1] == "(" and ends_line(text, word.end())):
         return None
@@ -150,13 +144,11 @@ def read_header(text: str, start: int, end: int, indent: int, fenced: bool) -> H
     if loop is not None:
         block = Block(indent, "loop", text[start : loop.end()].rstrip(" :{"), start)
         block.name, block.over = loop["to"] or loop["js"], loop["of"] or loop["list"]
-        return Header(block, loop.end(), end, opens=True)
+        return block, loop.end(), end, True
     return _condition(text, word, end, indent, fenced)
 
 
-def _condition(
-    text: str, match: re.Match[str], end: int, indent: int, fenced: bool
-) -> Header | None:
+def _condition(text: str, match: re.Match[str], end: int, indent: int, fenced: bool) -> Head | None:
     word = match[1].lower()
     # In prose the condition ends with its sentence.
     sentence = None if fenced else _SENTENCE_END.search(text, match.end(), end)
@@ -177,7 +169,7 @@ def _condition(
     alone = until == end and not text[body:end].strip(" {*_`\t")
     opens = alone and not 0 <= comma < max(body, colon)
     head = text[match.start(1) : body].rstrip(" :,{\t") or match[1]
-    return Header(Block(indent, "condition", head, match.start(1)), body, until, opens)
+    return Block(indent, "condition", head, match.start(1)), body, until, opens
 
 
 def _body(text: str, word: re.Match[str], end: int, colon: int, comma: int) -> int:

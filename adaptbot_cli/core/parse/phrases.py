@@ -242,15 +242,12 @@ class Vocabulary:
         return fits and bool(behind or not self.is_thing(tokens[at].word))
 
     def shaped(self, phrase: str) -> bool:
-        """Tell whether a phrase looks like a step, be it an order or an arrow between things."""
-        return self.ordered(phrase) or bool(self.names and ARROW.search(_stripped(phrase)))
-
-    def itemised(self, phrase: str) -> bool:
-        """Tell whether an item of a list of steps looks like one, as does "sit on the sofa"."""
+        """Tell whether a phrase looks like a step: an order, "sit on the sofa", an arrow."""
         first, *behind = [*_tokens(_stripped(phrase)), _Token("", "")]
         going = behind and behind[0].word in _PREPOSITIONS and first.word.isalpha()
-        no_verb = first.word in _NO_VERBS or self.is_thing(first.word)
-        return self.shaped(phrase) or bool(self.names and going and not no_verb)
+        verb = first.word not in _NO_VERBS and not self.is_thing(first.word)
+        arrow = ARROW.search(_stripped(phrase))
+        return self.ordered(phrase) or bool(self.names and (arrow or (going and verb)))
 
     def ordered(self, phrase: str) -> bool:
         """Tell whether a phrase looks like an order with a verb that the domain does not know."""
@@ -645,18 +642,17 @@ class _ClauseReader:
             elif word not in _DETERMINERS or self._ends(self.at + 1):
                 parts.append(token)
             self.at += 1
-        kept = [p for p in parts if p.quoted or not (p.word in _ADVERBS or _is_manner(p.word))]
+        manner = _ADVERBS | {p.word for p in parts if p.word.endswith("ly") and len(p.word) > 4}
+        kept = [p for p in parts if p.quoted or p.word not in manner]
         if not kept:
             return []
         if len(kept) == 1 and not kept[0].quoted and kept[0].word in PRONOUNS:
-            return list(next((n for n in self._before if self._may_be(n)), [kept[0].word]))
+            # It stands for nothing that the clause names too.
+            before = (n for n in self._before if n and not {*n} & {*self._said})
+            return list(next(before, [kept[0].word]))
         kept[0] = _Token(kept[0].word, _NUMBERS.get(kept[0].word, kept[0].written), kept[0].quoted)
         self._said.append(" ".join(p.written for p in kept))
         return self._said[-1:]
-
-    def _may_be(self, named: Sequence[str]) -> bool:
-        """Tell whether a pronoun may stand for what was named: the clause does not name it too."""
-        return bool(named) and not {*named} & {*self._said}
 
     def _ends(self, at: int) -> bool:
         if at >= len(self._tokens):
@@ -704,10 +700,6 @@ class _ClauseReader:
         for n, first in enumerate([[("", np)] for np in objects] or [list[tuple[str, str]]()]):
             yield keyworded(name, [*first, *behind])
             yield from brought[n : n + 1]
-
-
-def _is_manner(word: str) -> bool:
-    return word.endswith("ly") and len(word) > 4
 
 
 def is_negated(phrase: str) -> bool:

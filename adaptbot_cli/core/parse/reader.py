@@ -265,17 +265,17 @@ class _Reader:
         content = prefix.end() if prefix else start
         lone = self._enter(indent)
         header = read_header(self._text, content, end, indent, self._fenced)
-        begun = header is not None and header.block.often and self._words.begins(header.block.head)
+        begun = header and header[0].often and self._words.begins(header[0].head)
         if header is not None and lone is None and not begun:
-            self._open[-1].body.append(header.block)
-            if header.opens:
-                header.block.listed = not (self._fenced or self._line.marked)
-                rest = self._text[header.body : end].strip(" {*_`\t")
-                self._open.append(header.block)
+            block, body, until, opens = header
+            self._open[-1].body.append(block)
+            self._open.append(block)
+            if opens:
+                block.listed = not (self._fenced or self._line.marked)
+                rest = self._text[body:end].strip(" {*_`\t")
                 self._fresh, self._blank = not rest, False
-                return self._scan(header.body, end, "") if rest else end
-            self._open.append(header.block)
-            after = self._read_calls(start, header.body, header.until)
+                return self._scan(body, end, "") if rest else end
+            after = self._read_calls(start, body, until)
             self._open.pop()
             return self._scan(after, end, "") if after < end else after
         value = binds(self._text, content, end)

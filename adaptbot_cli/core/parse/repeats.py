@@ -3,7 +3,6 @@
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from adaptbot_cli.core.parse.calls import shown
 from adaptbot_cli.core.plan import Call, Finding, Written
@@ -31,23 +30,16 @@ _LABEL = re.compile(r"\b(?:full|complete|final|overall|action sequence)\b", re.I
 _HEADING_WORDS = 8
 
 _Key = tuple[str, tuple[str, ...]]
-
-
-@dataclass(frozen=True, slots=True)
-class _Telling:
-    calls: tuple[Written, ...]
-    keys: tuple[_Key, ...]
-
-    def lines(self) -> str:
-        first, last = self.calls[0].line, self.calls[-1].line
-        return f"line {first}" if first == last else f"lines {first} to {last}"
+_Telling = Sequence[tuple[Written, _Key]]
+"""Calls, each with what makes two of them the same."""
 
 
 def heading_strength(line: str) -> int:
     """Tell what a line that holds no call says about the calls below it, see `SEPARATED` ff."""
     line = line.strip()[:200]
     plain = line.strip("*_ ")
-    if not (line.startswith(("#", "**")) or plain.endswith(":") or _is_short(plain)):
+    short = len(plain.split()) <= _HEADING_WORDS and not plain.endswith(".")
+    if not (line.startswith(("#", "**")) or plain.endswith(":") or short):
         return SEPARATED
     if _RECAP.search(line):
         return RECAP
@@ -66,26 +58,26 @@ def without_repeats(
     """
     if len(calls) > _MOST_CALLS:
         return tuple(calls), ()
-    telling, findings = _without_labelled(_telling(calls), gaps)
-    if findings:
-        return telling.calls, findings
-    return _without_copies(telling, gaps)
+    orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
+    whole = [(written, _key(written.call, orders)) for written in calls]
+    kept, findings = _without_labelled(whole, gaps)
+    if not findings:
+        kept, findings = _without_copies(whole, gaps)
+    return tuple(written for written, _ in kept), tuple(findings)
 
 
-def _without_labelled(
-    whole: _Telling, gaps: Mapping[int, int]
-) -> tuple[_Telling, tuple[Finding, ...]]:
-    total = len(whole.calls)
+def _without_labelled(whole: _Telling, gaps: Mapping[int, int]) -> tuple[_Telling, list[Finding]]:
+    total = len(whole)
     labels = sorted(i for i, gap in gaps.items() if gap >= LABELLED and 0 < i < total)
     bounds = [*labels[:_MOST_LABELS], total]
-    kept = _part(whole, 0, bounds[0])
+    kept = whole[: bounds[0]]
     findings: list[Finding] = []
     at = 0
     while at < len(bounds) - 1:
         start = bounds[at]
         # The longest repetition wins: a recap may have headings of its own.
         for upto in range(len(bounds) - 1, at, -1):
-            again = _part(whole, start, bounds[upto])
+            again = whole[start : bounds[upto]]
             if _repeats(kept, again, gaps[start]):
                 kept, finding = _choose(kept, again)
                 findings.append(finding)
@@ -93,43 +85,45 @@ def _without_labelled(
                 break
         else:
             at += 1
-            kept = _join(kept, _part(whole, start, bounds[at]))
-    return kept, tuple(findings)
+            kept = [*kept, *whole[start : bounds[at]]]
+    return kept, findings
 
 
-def _without_copies(
-    whole: _Telling, gaps: Mapping[int, int]
-) -> tuple[tuple[Written, ...], tuple[Finding, ...]]:
+def _without_copies(whole: _Telling, gaps: Mapping[int, int]) -> tuple[_Telling, list[Finding]]:
     """Drop exact copies of the whole plan, announced or not, that other text keeps apart."""
-    total = len(whole.keys)
+    total, keys = len(whole), _keys(whole)
     for size in range(_FEWEST, total // 2 + 1):
         apart = total % size == 0 and all(i in gaps for i in range(size, total, size))
-        if apart and whole.keys[size:] == whole.keys[:-size]:
-            first = _part(whole, 0, size)
-            copies = (_part(whole, i, i + size) for i in range(size, total, size))
-            return first.calls, tuple(_choose(first, copy)[1] for copy in copies)
-    return whole.calls, ()
+        if apart and keys[size:] == keys[:-size]:
+            copies = (whole[i : i + size] for i in range(size, total, size))
+            return whole[:size], [_choose(whole[:size], copy)[1] for copy in copies]
+    return whole, []
+
+
+def _keys(telling: _Telling) -> list[_Key]:
+    return [key for _, key in telling]
 
 
 def _repeats(first: _Telling, again: _Telling, gap: int) -> bool:
-    if len(again.keys) < _FEWEST:
-        return gap == RECAP and len(again.keys) >= _FEWEST_UNDER_RECAP and first.keys == again.keys
-    common = common_in_order(first.keys, again.keys)
-    return common >= _SIMILAR * len(again.keys) and common >= _COVERS[gap] * len(first.keys)
+    told, more = _keys(first), _keys(again)
+    if len(more) < _FEWEST:
+        return gap == RECAP and len(more) >= _FEWEST_UNDER_RECAP and told == more
+    common = common_in_order(told, more)
+    return common >= _SIMILAR * len(more) and common >= _COVERS[gap] * len(told)
 
 
 def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
     """Keep the fuller of two tellings, the first unless the other says all of it and more."""
-    lacks = list((Counter(first.keys) - Counter(again.keys)).elements())
-    extra = Counter(again.keys) - Counter(first.keys)
-    fuller = bool(extra) and common_in_order(first.keys, again.keys) == len(first.keys)
+    told, more = _keys(first), _keys(again)
+    lacks = list((Counter(told) - Counter(more)).elements())
+    extra = Counter(more) - Counter(told)
+    fuller = bool(extra) and common_in_order(told, more) == len(told)
     kept, dropped = (again, first) if fuller else (first, again)
-    place = again.calls[0]
+    place, start, end = again[0][0], dropped[0][0].line, dropped[-1][0].line
     message = f"The plan is repeated from line {place.line}: run once"
-    message += f", leaving out {dropped.lines()}"
+    message += f", leaving out {f'line {start}' if start == end else f'lines {start} to {end}'}"
     if extra:
-        pairs = zip(again.calls, again.keys, strict=True)
-        added = [written.source for written, key in pairs if key in extra]
+        added = [written.source for written, key in again if key in extra]
         message += f"; the repetition adds {', '.join(map(shown, added[:3]))}"
     if lacks:
         message += f"; the repetition lacks {len(lacks)} of the calls told first"
@@ -153,19 +147,6 @@ def common_in_order(first: Sequence[_Key], again: Sequence[_Key]) -> int:
     return len(first) - row.bit_count()
 
 
-def _telling(calls: Sequence[Written]) -> _Telling:
-    orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
-    return _Telling(tuple(calls), tuple(_key(written.call, orders) for written in calls))
-
-
-def _part(telling: _Telling, start: int, end: int) -> _Telling:
-    return _Telling(telling.calls[start:end], telling.keys[start:end])
-
-
-def _join(one: _Telling, other: _Telling) -> _Telling:
-    return _Telling(one.calls + other.calls, one.keys + other.keys)
-
-
 def _key(call: Call, orders: dict[tuple[str, frozenset[str]], tuple[str, ...]]) -> _Key:
     """Tell calls apart by action and arguments, those with keywords in the order first written."""
     action = call.action.lower()
@@ -173,7 +154,3 @@ def _key(call: Call, orders: dict[tuple[str, frozenset[str]], tuple[str, ...]]) 
     order = orders.setdefault((action, frozenset(args)), tuple(args))
     said = [args[name] for name in order] if len(args) == len(call.args) else call.args
     return action, tuple(arg.lower().replace("_", " ") for arg in said)
-
-
-def _is_short(line: str) -> bool:
-    return len(line.split()) <= _HEADING_WORDS and not line.endswith(".")

@@ -111,7 +111,8 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     if discarded:
         findings += _discarded(discarded, why, words)
     kept, repeated = without_repeats(calls, gaps)
-    return Parsed(kept, tuple(sorted((*findings, *repeated), key=_place)))
+    findings = sorted([*findings, *repeated], key=lambda f: (f.line or 0, f.column or 0))
+    return Parsed(kept, tuple(findings))
 
 
 def _plain(text: str) -> str:
@@ -425,7 +426,7 @@ class _Mixed(_Settling):
         sibling = item.marked and (item.group, item.indent) in self._lists
         begins = any(
             self.words.begins(s)
-            or (self.words.itemised(s) if sibling else ARROW.search(s) and self.words.shaped(s))
+            or (self.words.shaped(s) if sibling else ARROW.search(s) and self.words.shaped(s))
             for _, s in _sentences(item.source)
         )
         near = [call for call in (before, behind) if call]
@@ -526,10 +527,6 @@ def _no_plan(text: str, read: ReadText, findings: list[Finding]) -> str:
         told = f"The text holds {many} of a list in words that could not be read as steps"
         return f'{told}: {quoted}. Write each as a call such as `action("item")`.'
     return f'The text holds no call such as `action("item")`: it is only prose: {quoted}.'
-
-
-def _place(finding: Finding) -> tuple[int, int]:
-    return finding.line or 0, finding.column or 0
 
 
 class _Places:
