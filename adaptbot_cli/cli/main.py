@@ -1,9 +1,13 @@
 """The command `adaptbot`: its subcommands, and how errors reach the person."""
 
+import difflib
 import io
 import logging
 import os
+import shlex
 import sys
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -27,7 +31,7 @@ from adaptbot_cli.cli import (
 )
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.cli.kg.changing import undo
-from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError
+from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError, UsageError
 
 
 class _Commands(TyperGroup):
@@ -41,6 +45,16 @@ class _Commands(TyperGroup):
         if code:
             raise typer.Exit(code)
         return code
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command; whoever has begun with the task itself is told how to say it."""
+        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            near = difflib.get_close_matches(args[0], self.list_commands(ctx), 1)
+            meant = f"did you mean adaptbot {near[0]}?" if near else ""
+            task = " ".join(arg for arg in args if not arg.startswith("-"))
+            meant = meant or f"to pursue a task: adaptbot run {shlex.quote(task)}"
+            raise UsageError(f'there is no command "{args[0]}"; {meant}')
+        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(
@@ -93,8 +107,31 @@ def main() -> None:
     logging.getLogger("rdflib.term").disabled = True  # it warns with a traceback of odd values
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     debug = len(arguments) < len(sys.argv) - 1
+    from adaptbot_cli.cli.common import terminal
+
+    if arguments or terminal() is None:
+        carry_out(arguments, debug)
+    else:
+        from adaptbot_cli.cli.session import converse
+
+        commands = [*_names(app.registered_commands), *_names(app.registered_groups)]
+        carry_out([], debug, lambda: converse(partial(carry_out, debug=debug), commands))
+
+
+def _names(registered: Iterable[Any]) -> list[str]:
+    return [str(each.name) for each in registered]
+
+
+def carry_out(
+    arguments: list[str], debug: bool = False, instead: Callable[[], None] | None = None
+) -> None:
+    """Carry out a command, or something `instead`: errors as sentences, exit codes as documented.
+
+    Raises:
+        SystemExit: it ended with a code other than 0.
+    """
     try:
-        app(args=arguments)
+        instead() if instead else app(args=arguments)
     except BrokenPipeError:
         _no_more_output()  # whoever read it has gone; there is nobody to tell
     except AdaptbotError as error:

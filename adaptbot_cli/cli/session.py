@@ -1,0 +1,145 @@
+"""`adaptbot` without arguments, at a terminal: one thing after the other, in one process.
+
+Every line is a command of the command line, by a shorter name, or a task. What was read once (the
+graph, the word knowledge, the plan library) stays read, so the second task starts at once.
+"""
+
+import shlex
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from typing import Any
+
+SHORT = {
+    "teach": ("kg", "add"),
+    "show": ("kg", "show"),
+    "why": ("kg", "why"),
+    "log": ("kg", "log"),
+    "plan": ("run", "--dry-run"),
+    "undo": ("undo",),
+}
+"""What a first word stands for; all of these take a domain."""
+
+_HELP = (
+    ("make omelette", "any task, in your own words"),
+    ("plan TASK", "plan it, and keep nothing"),
+    ("teach THING", "tell what there is, where it is kept and what is true of it"),
+    ("show, show NAME", "what is known: all, one thing, place, action or task"),
+    ("why NAME", "who taught it"),
+    ("log", "what was taught, newest first"),
+    ("undo", "take back the last thing learned"),
+    ("domain NAME", "go on in another domain"),
+    ("runs, resume, pending, …", "every command of `adaptbot --help`"),
+    ("quit", "or Ctrl-D"),
+)
+
+
+def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) -> None:
+    """Read lines and carry each out until the person quits; an error ends a line, not the session.
+
+    `carry_out` is given a command's arguments and may raise SystemExit; `commands` are the names of
+    all commands.
+    """
+    from adaptbot_cli.cli.common import console, domain_name, workspace
+
+    home = workspace(None)
+    known, domain = frozenset(commands), domain_name(None, home)
+    out = console(stderr=True)
+    told = f"help shows what to say · knowledge in {home.root}"
+    out.print(told, style="dim", markup=False, soft_wrap=True)
+    lines = _Lines(out, lambda: _names(domain))
+    while True:
+        line = lines.read(domain)
+        if line is None or line in ("quit", "exit"):
+            return
+        words = _words(line)
+        if line in ("help", "?"):
+            for said, what in _HELP:
+                out.print(f"  {said:<26} {what}", markup=False, highlight=False)
+        elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():
+            domain = words[1]
+        elif words:
+            with suppress(SystemExit):  # what went wrong was said
+                carry_out(arguments_of(line, domain, known))
+
+
+def arguments_of(line: str, domain: str, commands: frozenset[str]) -> list[str]:
+    """Return the arguments that a line stands for: a command's, or a task to be run."""
+    words = _words(line)
+    if words[0] in SHORT:
+        return [*SHORT[words[0]], *words[1:], "--domain", domain]
+    if words[0] in commands:
+        return words
+    return ["run", "--domain", domain, "--", line]
+
+
+def _words(line: str) -> list[str]:
+    """A line as a shell would part it; one with an odd quotation mark, by its spaces."""
+    try:
+        return shlex.split(line)
+    except ValueError:
+        return line.split()
+
+
+def _names(domain: str) -> list[str]:
+    """The names to complete: tasks and things of the domain, short names of commands."""
+    from adaptbot_cli import session
+    from adaptbot_cli.cli.common import workspace
+    from adaptbot_cli.errors import AdaptbotError
+
+    try:
+        kg = session.load(workspace(None), domain)
+    except AdaptbotError:  # told by whatever command comes next
+        return [*SHORT]
+    tasks = [task.name for task in kg.domain.tasks]
+    return [*SHORT, "domain", "help", "quit", *tasks, *sorted(kg.names())]
+
+
+class _Lines:
+    """Reads lines at the terminal, with history and completion; plainly where it can do no more."""
+
+    def __init__(self, out: Any, names: Callable[[], Sequence[str]]) -> None:
+        from adaptbot_cli.adapters.terminal.canvas import is_plain, terminal
+
+        self.out = out
+        self.session: Any = None
+        if is_plain(out):
+            return
+        from platformdirs import user_state_path
+        from prompt_toolkit import PromptSession
+        from prompt_toolkit.completion import FuzzyCompleter, WordCompleter
+        from prompt_toolkit.history import FileHistory, History, InMemoryHistory
+
+        folder = user_state_path("adaptbot", appauthor=False)
+        history: History = InMemoryHistory()
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            history = FileHistory(str(folder / "history"))
+        except OSError:  # a home that cannot be written has no history
+            pass
+        completer = FuzzyCompleter(WordCompleter(names, sentence=False))
+        self.session = PromptSession(
+            history=history,
+            completer=completer,
+            complete_while_typing=False,
+            **terminal(out),
+        )
+
+    def read(self, domain: str) -> str | None:
+        """Return the next line, None at the end of input; Ctrl-C empties the line."""
+        import sys
+
+        while True:
+            try:
+                if self.session is None:
+                    self.out.print(f"{domain}> ", end="", markup=False)
+                    typed = sys.stdin.readline()
+                    if not typed:
+                        return None
+                else:
+                    typed = self.session.prompt(f"{domain}> ")
+            except EOFError:
+                return None
+            except KeyboardInterrupt:
+                continue
+            if typed.strip():
+                return typed.strip()
