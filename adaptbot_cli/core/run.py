@@ -23,6 +23,10 @@ Confirm = Literal["none", "irreversible", "each"]
 
 MOST_SEEN = 12
 """How many surprises a prompt describes at most: the latest."""
+
+MOST_BEFORE = 6
+"""How many findings of earlier plans a prompt describes at most: the latest."""
+
 Parse = Callable[[str], Parsed]
 
 
@@ -65,7 +69,8 @@ class Run:
     person has made of it, `objections` are the texts that the person has rejected; `kept` are the
     lessons that were committed, with the last `revision`, `once` those that hold in this run only;
     `went_back` is set when the person went back from the last review;
-    `acting` is what has come of it in a world outside, None if the plan is only rehearsed."""
+    `acting` is what has come of it in a world outside, None if the plan is only rehearsed;
+    `reprompted` are the findings that the planner was told of."""
 
     kg: Kg
     task: Task
@@ -86,6 +91,7 @@ class Run:
     revision: str | None = None
     went_back: bool = False
     acting: Acting | None = None
+    reprompted: list[Finding] = field(default_factory=list)
 
     @property
     def answered(self) -> tuple[tuple[Question, Answer], ...]:
@@ -131,7 +137,9 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
     if run.acting is not None and run.acting.begun:
         done = tuple(call.render() for call in run.acting.done)
         turn = replace(turn, done=done, seen=run.seen(MOST_SEEN))
-    proposal = yield turn
+    before = dict.fromkeys(f for f in run.reprompted if f not in turn.findings)
+    run.reprompted += turn.findings
+    proposal = yield replace(turn, before=tuple(before)[-MOST_BEFORE:])
     used = run.usage
     cost = proposal.cost_usd
     run.usage = replace(

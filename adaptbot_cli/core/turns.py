@@ -29,7 +29,8 @@ class Understood:
 @dataclass(frozen=True, slots=True)
 class Propose:
     """Ask the planner for a plan. `findings` and `previous` are those of the last try, if any;
-    `done` the calls that were carried out already, and `seen` what was seen then, in words."""
+    `before` are findings of the tries before that; `done` the calls that were carried out already,
+    and `seen` what was seen then, in words."""
 
     task: Task
     attempt: int = 0
@@ -37,13 +38,16 @@ class Propose:
     findings: tuple[Finding, ...] = ()
     done: tuple[str, ...] = ()
     seen: tuple[str, ...] = ()
+    before: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
     """The planner's text, as it came, and what it cost; `calls` counts the model's answers.
 
-    `failure` says why there is no new text: then it is that of the last plan again.
+    `failure` says why there is no new text: then it is that of the last plan again. `reasoning` is
+    what the model thought before it wrote the plan; `prompt` the style and the digest of what it
+    was told.
     """
 
     text: str
@@ -52,6 +56,8 @@ class Proposal:
     completion_tokens: int = 0
     cost_usd: float | None = None
     failure: str = ""
+    reasoning: str = ""
+    prompt: str = ""
 
 
 @dataclass(frozen=True, slots=True)

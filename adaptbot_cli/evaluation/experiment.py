@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from adaptbot_cli import __version__
+from adaptbot_cli.adapters.planner.budget import SECONDS
+from adaptbot_cli.adapters.planner.prompts import Part, style_of
 from adaptbot_cli.adapters.store.reading import read_files, read_graphs
 from adaptbot_cli.core.tutor import Policy
 from adaptbot_cli.errors import UsageError
@@ -55,6 +57,11 @@ class Setting:
     api_base: str | None = None
     world: bool = False
     planted: float = 0.0
+    prompt: str = "auto"
+    leave_out: tuple[Part, ...] = ()
+    unseen: bool = False
+    seconds: float = SECONDS
+    answers: Path | None = None
 
     def as_json(self) -> Json:
         """Return what makes a difference to the figures, for the report."""
@@ -69,10 +76,17 @@ class Setting:
             "human_error": self.human_error,
             "seed": self.seed,
             "model": self.model,
+            **(self._asked() if self.model else {}),
             **({"world": "truth"} if self.world else {}),
             **({"planted": self.planted} if self.planted else {}),
             "version": __version__,
         }
+
+    def _asked(self) -> Json:
+        """How a live model is asked."""
+        parts = {"leave_out": sorted(self.leave_out)} if self.leave_out else {}
+        unseen = {"unseen": True} if self.unseen else {}
+        return {"prompt": style_of(self.prompt), **parts, **unseen, "timeout": self.seconds}
 
 
 @dataclass(slots=True)
@@ -106,6 +120,7 @@ class Experiment:
         contents += [self.world.files[name] for name in sorted(self.world.files)]
         contents += [repr(sorted(graph)).encode() for graph in graphs]
         contents += [path.read_bytes() for path in sorted(_CODE.rglob("*.py"))]
+        contents += [path.read_bytes() for path in sorted(bundled("prompts").glob("*.j2"))]
         return digest(self.setting.as_json(), contents)
 
     def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:
@@ -128,7 +143,7 @@ class Experiment:
         Raises:
             ModelError: a live model gave no first answer.
         """
-        self._first_answers(results)
+        self._first_answers()
         todo = [chain for chain in self._chains() if not self._is_done(chain, results)]
         for trial in run(todo, self.world, self.rules, pool):
             told = trial.as_json()
@@ -137,13 +152,12 @@ class Experiment:
         order = [(row.id, arm) for row in self.rows for arm in self.setting.arms]
         return [results.done[key] for key in order]
 
-    def _first_answers(self, results: Results) -> None:
+    def _first_answers(self) -> None:
         if self.rules.model is None:
             return
         for n, row in enumerate(self.rows):
-            if row.id not in results.firsts:
-                results.first(row.id, first_answer(row, self.world, self.rules))
-            self.rows[n] = replace(row, answers={ARMS[0]: (results.firsts[row.id],)})
+            first = first_answer(row, self.world, self.rules)
+            self.rows[n] = replace(row, answers={ARMS[0]: (first,)})
 
     def left(self, results: Results) -> int:
         """Return the number of trials that are still to be run."""
@@ -187,6 +201,11 @@ def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Expe
         setting.model,
         setting.api_base,
         setting.world,
+        setting.prompt,
+        frozenset(setting.leave_out),
+        setting.unseen,
+        setting.seconds,
+        setting.answers,
     )
     return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
 

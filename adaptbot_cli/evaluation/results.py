@@ -24,16 +24,17 @@ def digest(settings: Json, contents: Iterable[bytes]) -> str:
 
 @dataclass(slots=True)
 class Results:
-    """Trials on disk, one a line after a header; `done` are those already there, by task and arm.
-
-    `firsts` are the models' answers to the task prompts of a live run, by task.
-    """
+    """Trials on disk, one a line after a header; `done` are those there, by task and arm."""
 
     path: Path
     key: str
     done: dict[tuple[str, str], Json] = field(default_factory=dict)
-    firsts: dict[str, str] = field(default_factory=dict)
     _file: TextIO | None = None
+
+    @property
+    def answers(self) -> Path:
+        """Where the answers of a live model are kept, unless they have a file of their own."""
+        return self.path.with_name(f"{self.path.name}.answers")
 
     def start(self) -> None:
         """Read what is there and open the file to go on.
@@ -59,11 +60,6 @@ class Results:
         self.done[trial["id"], trial["arm"]] = trial
         self._write({"trial": trial})
 
-    def first(self, row: str, text: str) -> None:
-        """Write a model's answer to a task's prompt."""
-        self.firsts[row] = text
-        self._write({"first": row, "text": text})
-
     def close(self, keep: bool) -> None:
         """Close the file; remove it unless it is to be kept."""
         if self._file is not None:
@@ -71,6 +67,7 @@ class Results:
             self._file = None
         if not keep:
             self.path.unlink(missing_ok=True)
+            self.answers.unlink(missing_ok=True)
 
     def _write(self, line: Json) -> None:
         if self._file is not None:
@@ -99,8 +96,6 @@ class Results:
         for told in found[1:]:
             if "trial" in told:
                 self.done[told["trial"]["id"], told["trial"]["arm"]] = told["trial"]
-            elif "first" in told:
-                self.firsts[told["first"]] = told["text"]
         return found[1:]
 
 

@@ -1,20 +1,24 @@
 """One trial: one task in one arm, on a graph of its own."""
 
+import json
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
+from typing import Any
 
+from adaptbot_cli import bounded
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner import tokens
+from adaptbot_cli.adapters.planner.budget import SECONDS, Asking, Budget, Limits
 from adaptbot_cli.adapters.planner.choice import LIBRARY
 from adaptbot_cli.adapters.planner.library import Library
-from adaptbot_cli.adapters.planner.local.prompts import for_model
+from adaptbot_cli.adapters.planner.local import Board, model_file, on_board
 from adaptbot_cli.adapters.planner.model import Model
-from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.planner.provider import Asking
+from adaptbot_cli.adapters.planner.prompts import Part, Prompts, style_of
 from adaptbot_cli.adapters.planner.recorded import Recorded
 from adaptbot_cli.adapters.planner.scrub import secrets
 from adaptbot_cli.adapters.simulated import SimulatedHuman
@@ -35,6 +39,7 @@ from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 from adaptbot_cli.core.tutor import Confirm, Policy, Turns, pursue
+from adaptbot_cli.errors import ModelError, UsageError
 from adaptbot_cli.evaluation import measures
 from adaptbot_cli.evaluation.baseline import unaided
 from adaptbot_cli.evaluation.measures import Trial
@@ -49,7 +54,10 @@ from adaptbot_cli.session.driving import Nowhere
 class Rules:
     """How trials are run. `human_error` is the probability of a wrong answer; `model` plans live,
     `LIBRARY` is the plan library; without one the rows' recorded answers plan. `api_base` is the
-    address of the model's server, if it is not its provider's own. With `world` plans are carried
+    address of the model's server, if it is not its provider's own. It is asked by the style
+    `prompt`, without the parts to `leave_out`, and if `unseen` without the library's own plan of
+    the task; it has `seconds` for a trial, and what it has answered is kept in the file `answers`.
+    With `world` plans are carried
     out in the truth, which no arm sees whole, and judged there."""
 
     policy: Policy = "tutor"
@@ -59,6 +67,11 @@ class Rules:
     model: str | None = None
     api_base: str | None = None
     world: bool = False
+    prompt: str = "auto"
+    leave_out: frozenset[Part] = frozenset()
+    unseen: bool = False
+    seconds: float = SECONDS
+    answers: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -148,6 +161,50 @@ class Listening:
         return proposal
 
 
+@dataclass(slots=True)
+class Remembering:
+    """A model whose answers are kept in a file, by model and prompt: it is asked nothing twice.
+
+    So an experiment that was interrupted goes on in the middle of a trial, and one with other
+    settings asks only what differs. Several processes may write to the file.
+    """
+
+    model: Model
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """The model's name."""
+        return self.model.name
+
+    def propose(self, turn: Propose) -> Proposal:
+        """Return the answer that was given to this prompt, or ask for it and keep it."""
+        key = [self.model.name, self.model.prompts.style, self.model.prompts.hash(turn)]
+        kept = _kept(self.path).get(" ".join(key))
+        if kept is not None:
+            return Proposal(**kept)
+        started = time.monotonic()
+        proposal = self.model.propose(turn)
+        told = {"key": " ".join(key), "seconds": round(time.monotonic() - started, 1)}
+        line = json.dumps({**told, "answer": asdict(proposal)}, ensure_ascii=False) + "\n"
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(line)
+        return proposal
+
+
+def _kept(path: Path) -> dict[str, dict[str, Any]]:
+    """The answers in a file by their keys; a last line that is not whole is no answer."""
+    if not path.exists():
+        return {}
+    found = {}
+    for line in bounded.read_text(path, bounded.GRAPH, UsageError).splitlines():
+        with suppress(UsageError, KeyError, TypeError):
+            told = bounded.parse_json(line, str(path), UsageError)
+            found[told["key"]] = told["answer"]
+    return found
+
+
 def task_of(row: Row, kg: Kg) -> Task:
     """Return what a row asks for: its own items, and the goal that the domain lists for it.
 
@@ -205,33 +262,56 @@ def perform(
 def first_answer(row: Row, basis: Basis, rules: Rules) -> str:
     """Ask a live model for the plan that all arms start from. Raises ModelError."""
     kg = basis.fresh()
-    return live(rules, basis, kg).propose(Propose(task_of(row, kg))).text
+    try:
+        return live(rules, basis, kg).propose(Propose(task_of(row, kg))).text
+    except ModelError as error:
+        if not error.spent[0]:
+            raise
+        return ""  # it has answered, and that was no plan
 
 
 def live(rules: Rules, basis: Basis, kg: Kg) -> Planner:
     """Return the planner that the rules name: a model, or the plan library."""
     if rules.model in (None, LIBRARY):
         return Library(basis.library, kg.domain, kg=kg)
-    return _model(rules, basis, kg)
+    return _asked(rules, _model(rules, basis, kg))
 
 
 def _planner(row: Row, arm: str, rules: Rules, basis: Basis, kg: Kg) -> Planner:
     if rules.model == LIBRARY:
         return live(rules, basis, kg)  # it says the same each time, and costs nothing
     if rules.model is None:
-        return Recorded(row.model, row.said(arm), _prompts(basis, kg))
+        return Recorded(row.model, row.said(arm), _prompts(basis, kg, rules))
     model = _model(rules, basis, kg)
-    return Recorded(row.model, row.said(arm), model.prompts, model)
+    return Recorded(row.model, row.said(arm), model.prompts, _asked(rules, model))
+
+
+def _asked(rules: Rules, model: Model) -> Planner:
+    """A model that is not asked again what it has answered."""
+    return model if rules.answers is None else Remembering(model, rules.answers)
+
+
+@cache
+def _board(name: str) -> Board:
+    """A model on board, started once for all trials of a process."""
+    return Board(model_file(name))
 
 
 def _model(rules: Rules, basis: Basis, kg: Kg) -> Model:
-    name, prompts = for_model(rules.model or LIBRARY, _prompts(basis, kg))
-    hidden = secrets(os.environ, rules.api_base)
-    return Model(name, prompts, Asking(api_base=rules.api_base), secrets=hidden)
+    name = rules.model or LIBRARY
+    return Model(
+        name,
+        _prompts(basis, kg, rules),
+        Asking(api_base=rules.api_base),
+        Budget(Limits(seconds=rules.seconds)),
+        secrets(os.environ, rules.api_base),
+        board=_board(name) if on_board(name) else None,
+    )
 
 
-def _prompts(basis: Basis, kg: Kg) -> Prompts:
-    return Prompts(bundled("prompts"), kg, basis.library)
+def _prompts(basis: Basis, kg: Kg, rules: Rules) -> Prompts:
+    style = style_of(rules.prompt)
+    return Prompts(bundled("prompts"), kg, basis.library, style, rules.leave_out, rules.unseen)
 
 
 def _turns(arm: str, task: Task, kg: Kg, rules: Rules, home: SimulatedHome | None) -> Turns:

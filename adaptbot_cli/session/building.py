@@ -45,6 +45,7 @@ class Request:
 
     `chosen` is who plans, if that is decided already: else it follows from `model` and `api_base`.
     `timeout` (seconds of waiting), `max_tokens` and `max_cost` (US dollars) limit the model.
+    `prompt` says how it is asked for a plan: `auto`, or a style of `planner/prompts.py`.
     `full` has every attribute of a new thing asked; `edit` offers the plan for editing before it is
     executed; `resumes` is the transcript to go on with. `world` is what carries the plan out, None
     for a rehearsal: a Turtle file, in which steps slip with the probability `noise`, or
@@ -78,6 +79,7 @@ class Request:
     noise: float = 0.0
     act_timeout: float = ACT_SECONDS
     confirm: Confirm = "none"
+    prompt: str = "auto"
 
 
 @dataclass(slots=True)
@@ -259,22 +261,19 @@ def _planner(
         others = {n: workspace.library(n) for n in workspace.domains() if n != request.domain}
         return Library(library, kg.domain, others, kg)
     from adaptbot_cli.adapters.display import Stream
-    from adaptbot_cli.adapters.planner.budget import SECONDS, Budget, Limits
-    from adaptbot_cli.adapters.planner.local.prompts import for_model
+    from adaptbot_cli.adapters.planner.budget import SECONDS, Asking, Budget, Limits
     from adaptbot_cli.adapters.planner.model import Model
-    from adaptbot_cli.adapters.planner.prompts import Prompts
-    from adaptbot_cli.adapters.planner.provider import Asking
+    from adaptbot_cli.adapters.planner.prompts import Prompts, style_of
     from adaptbot_cli.adapters.planner.scrub import secrets
 
     limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
-    name, prompts = for_model(chosen.model, Prompts(bundled("prompts"), kg, library))
     return Model(
-        name,
-        prompts,
+        chosen.model,
+        Prompts(bundled("prompts"), kg, library, style_of(request.prompt)),
         Asking(request.temperature, request.seed, chosen.api_base),
         Budget(limits, spent(request.resumes) if request.resumes else []),
         secrets(environ, chosen.api_base),
-        Stream(console, name),
+        Stream(console, chosen.model),
     )
 
 
@@ -409,6 +408,7 @@ def _asked_model(request: Request, chosen: "Chosen") -> dict[str, Any]:
     }
     return {
         "model": chosen.model,
+        "prompt": request.prompt,
         "temperature": request.temperature,
         "seed": request.seed,
         **{name: value for name, value in limits.items() if value is not None},

@@ -1,6 +1,6 @@
 """Prompt tokens of the paper's 30 recipes and 12 cleaning tasks, beside the published figures.
 
-    python tests/bench/bench_prompts.py [--published DIR] [--tasks]
+    python tests/bench/bench_prompts.py [--published DIR] [--prompt STYLE] [--tasks]
 
 Tokens are counted as the published ones were: GPT-4's tokenizer over the messages of each prompt,
 everything that is sent again included, answers not. The graph is the published one before any human
@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import Library
-from adaptbot_cli.adapters.planner.prompts import Prompts
+from adaptbot_cli.adapters.planner.prompts import STYLES, Prompts, Style, style_of
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.kg import Kg
@@ -84,20 +84,20 @@ def tokens(text: str) -> int:
     return int(litellm.token_counter(model="gpt-4", text=text))
 
 
-def rows(domain: str, published: Path) -> list[Row]:
+def rows(domain: str, published: Path, style: Style) -> list[Row]:
     """Run every task of a domain."""
     name, tasks, _ = DOMAINS[domain]
     facts = read_graphs([published / "kg" / f"{domain}.initial.d65fe35.ttl"])
     kg = load_kg(read_files(bundled("kg") / name), name, facts)
     listed = json.loads((published / "tasks.json").read_text(encoding="utf-8"))[tasks]
-    return [_row(kg, entry) for entry in listed]
+    return [_row(kg, entry, style) for entry in listed]
 
 
-def _row(kg: Kg, entry: Mapping[str, Any]) -> Row:
+def _row(kg: Kg, entry: Mapping[str, Any], style: Style) -> Row:
     task = Task(str(entry["task"]).replace("_", " "), tuple(entry["ingredients"]))
     row = Row(task.name)
     library = Library((bundled("prompts") / "library" / kg.domain.name,), kg.domain)
-    planner = Counting(Prompts(bundled("prompts"), kg), library, row)
+    planner = Counting(Prompts(bundled("prompts"), kg, style=style), library, row)
     ports = Ports(planner, AbsentHuman(), WordNet(), Nowhere())
     drive(pursue(task, kg, parse, "paper", REPLANS), ports)
     return row
@@ -167,8 +167,10 @@ def main() -> None:
     folder = os.environ.get("ADAPTBOT_PUBLISHED", HERE.parent / "shared" / "published")
     parser.add_argument("--published", type=Path, default=Path(folder))
     parser.add_argument("--tasks", action="store_true", help="one row a task")
+    parser.add_argument("--prompt", choices=("auto", *STYLES), default="auto")
     options = parser.parse_args()
-    found = {domain: rows(domain, options.published) for domain in DOMAINS}
+    style = style_of(options.prompt)
+    found = {domain: rows(domain, options.published, style) for domain in DOMAINS}
     print("| prompt tokens | here, mean (range) | published | share |\n| --- | --- | --- | --- |")
     for domain, its in found.items():
         print("\n".join(table(domain, its, published(domain, options.published))))

@@ -37,7 +37,7 @@ IMPORTED = (
     "prompt_toolkit.shortcuts",
     "rich.live",
 )
-NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.local")
+NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.serving")
 
 
 ADAPTBOT = "adaptbot_cli.cli.main:main"

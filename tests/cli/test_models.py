@@ -11,8 +11,8 @@ import pytest
 import yaml
 from rich.console import Console
 
+from adaptbot_cli.adapters.planner import local as found
 from adaptbot_cli.adapters.planner import provider
-from adaptbot_cli.adapters.planner.local import found
 from adaptbot_cli.adapters.transcript import Recorder, read
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.session import Request, build, replay

@@ -24,10 +24,10 @@ class Stream:
     name: str
 
     @contextmanager
-    def answering(self) -> Iterator[Callable[[str], None]]:
+    def answering(self) -> Iterator[Callable[[str, bool], None]]:
         """Show that the model is asked; what is given takes the text as it comes."""
         if not self.console.is_terminal or self.console.is_dumb_terminal:
-            yield lambda text: None
+            yield lambda text, reasoning: None
             return
         view = _View(self.name, self.console)
         with Live(view, console=self.console, transient=True, refresh_per_second=10):
@@ -40,24 +40,28 @@ class Stream:
 
 @dataclass(slots=True)
 class _View:
-    """The last lines of an answer, and how long it takes; the text is kept in lines."""
+    """The last lines of an answer, and how long it takes; the text is kept in lines, each with
+    whether it is reasoning, which is dimmed."""
 
     name: str
     console: Console
-    lines: list[str] = field(default_factory=lambda: [""])
+    lines: list[tuple[str, bool]] = field(default_factory=lambda: [("", False)])
     started: float = field(default_factory=time.monotonic)
     spinner: Spinner = field(default_factory=lambda: Spinner("dots", style="cyan"))
 
-    def add(self, text: str) -> None:
+    def add(self, text: str, reasoning: bool) -> None:
         """Take text as it comes; a line without end is no reason to keep all of it."""
         first, *rest = text.replace("\r", "\n").split("\n")
-        self.lines[-1] += first
-        self.lines += rest
+        self.lines[-1] = (self.lines[-1][0] + first, reasoning)
+        self.lines += ((line, reasoning) for line in rest)
 
     def __rich__(self) -> RenderableType:
-        shown = [line for line in self.lines[-LINES - 20 :] if line.strip()][-LINES:]
+        shown = [line for line in self.lines[-LINES - 20 :] if line[0].strip()][-LINES:]
         width = max(self.console.width - 4, 8)
-        told = [Text("  ").append_text(said(line, "dim", width)) for line in shown]
+        told = [
+            Text("  ").append_text(said(line, "dim" if reasoning else "", width))
+            for line, reasoning in shown
+        ]
         seconds = time.monotonic() - self.started
         words = f" {self.name}: {count(len(shown) and len(self.lines), 'line')} · {seconds:.0f} s"
         if not told:

@@ -1,4 +1,4 @@
-"""What one run may spend on its model: tokens, money, and seconds of waiting for it."""
+"""How a model is asked, and what one run may spend on it: tokens, money, seconds of waiting."""
 
 import time
 from dataclasses import dataclass, field
@@ -8,8 +8,22 @@ from adaptbot_cli.errors import ModelError
 SECONDS = 300.0
 """How long the model of one run may take, all its answers together, unless it is said."""
 
-ONE_ANSWER = 120.0
-"""How many seconds one answer may take."""
+SILENCE = 120.0
+"""How many seconds may pass between two pieces of an answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """How a model is asked: its sampling; the server, if it is one of the user's own, with its key
+    if that is not in the environment; whether it takes a `grammar`, as llama.cpp's does; how many
+    tokens an answer may have at most."""
+
+    temperature: float = 0.0
+    seed: int = 0
+    api_base: str | None = None
+    api_key: str | None = None
+    grammar: bool = False
+    most_tokens: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

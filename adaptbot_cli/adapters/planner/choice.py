@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from adaptbot_cli.adapters.planner.local import found
+from adaptbot_cli.adapters.planner import local
 from adaptbot_cli.errors import UsageError
 
 KEYS = (
@@ -75,7 +75,7 @@ def _named(
     """A model that is named. Addresses that are only configured are those of OpenAI's kind."""
     if name == LIBRARY:
         return Chosen(None, why)
-    if found.on_board(name):
+    if local.on_board(name):
         return Chosen(name, why)
     base = api_base
     if base is None and (name.startswith("openai/") or "/" not in name):
@@ -112,6 +112,6 @@ def _found(environ: Mapping[str, str]) -> Chosen:
         more = len(server.plans) - 1
         why = f"Ollama runs at {server.address}" + (f"; {more} more there" if more else "")
         return Chosen(f"ollama_chat/{server.best}", why)
-    if found.installed():
-        return Chosen(found.NAME, "the model on board is installed, and no other is configured")
+    if local.installed():
+        return Chosen(local.NAME, "the model on board is installed, and no other is configured")
     return Chosen(None, "no model is configured: see --model")

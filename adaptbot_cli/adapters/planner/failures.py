@@ -15,7 +15,6 @@ from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.planner.servers import is_here
 from adaptbot_cli.adapters.planner.streaming import LONGEST, TooLong, TooSlow
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.errors import ModelError
 
 WITHOUT_MODEL = "`--model library` plans without a model."
 _NETWORK = ("ConnectError", "ConnectTimeout", "ReadError", "RemoteProtocolError", "WriteError",
@@ -25,11 +24,20 @@ _NO_HOST = ("name or service not known", "nodename nor servname", "getaddrinfo",
 
 
 class Failure(Exception):
-    """Why an answer failed; `again`: another try may help, after `wait` seconds if that is told."""
+    """Why an answer failed; `again`: another try may help, after `wait` seconds if that is told;
+    `slow`: it took too long; `refused`: the request itself was wrong."""
 
-    def __init__(self, why: str, again: bool = False, wait: float | None = None) -> None:
+    def __init__(
+        self,
+        why: str,
+        again: bool = False,
+        wait: float | None = None,
+        slow: bool = False,
+        refused: bool = False,
+    ) -> None:
         super().__init__(why)
-        self.why, self.again, self.wait = why, again, wait
+        self.why, self.again, self.wait, self.slow = why, again, wait, slow
+        self.refused = refused
 
 
 class BrokenOff(Failure):
@@ -59,11 +67,6 @@ class Called:
         return self.secrets.detail(self.address) if self.address else "its provider"
 
 
-def our_own(error: BaseException) -> ModelError | None:
-    """Return the sentence of the model on board that an error of litellm's is wrapped around."""
-    return next((cause for cause in _causes(error) if isinstance(cause, ModelError)), None)
-
-
 def failure(
     error: BaseException, called: Called, known: Callable[[], Iterable[str]], begun: bool = False
 ) -> Failure:
@@ -73,7 +76,7 @@ def failure(
         return error
     kind, causes = type(error).__name__, list(_causes(error))
     if isinstance(error, TooSlow):
-        return Failure("it took too long", again=True)
+        return Failure("it took too long", again=True, slow=True)
     if any(type(cause).__name__ == "JSONDecodeError" for cause in causes):
         return Failure(f"{called.place} does not speak the OpenAI protocol: it sent broken JSON")
     status = getattr(error, "status_code", None)
@@ -85,7 +88,7 @@ def failure(
         return Failure(_wrong_name(error, called, known()))
     told = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
     if told is not None:
-        return Failure(told.format(detail=_quoted(error, called)))
+        return Failure(told.format(detail=_quoted(error, called)), refused=kind in _ABOUT_THE_FORM)
     if kind == "RateLimitError" and not _used_up(error):
         return Failure("it is limiting requests (429)", True, _retry_after(error))
     if kind == "RateLimitError":
@@ -99,7 +102,7 @@ def failure(
         shown = "" if kind == "APIConnectionError" else f" ({status})"
         return Failure(f"{called.place} failed{shown}", True, _retry_after(error))
     if kind == "Timeout":
-        return Failure("it took too long", again=True)
+        return Failure("it took too long", again=True, slow=True)
     return Failure(f"the call failed ({kind}){_quoted(error, called)}")
 
 
@@ -112,6 +115,9 @@ _REFUSALS = {
     "UnprocessableEntityError": "the request was refused{detail}",
     "UnsupportedParamsError": "it does not take a parameter{detail}",
 }
+
+_ABOUT_THE_FORM = ("BadRequestError", "UnprocessableEntityError", "UnsupportedParamsError")
+"""Errors that a schema or a grammar may be the cause of, where one was sent."""
 
 _STATUSES = {
     401: _REFUSALS["AuthenticationError"],

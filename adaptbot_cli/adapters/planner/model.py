@@ -3,23 +3,25 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any, Protocol
 
-from adaptbot_cli.adapters.planner import provider
-from adaptbot_cli.adapters.planner.budget import ONE_ANSWER, Budget, Spent
+from adaptbot_cli.adapters.planner import local, provider
+from adaptbot_cli.adapters.planner.budget import SILENCE, Asking, Budget, Spent
 from adaptbot_cli.adapters.planner.failures import (
     WITHOUT_MODEL,
     BrokenOff,
     Called,
     Failure,
     failure,
-    our_own,
 )
-from adaptbot_cli.adapters.planner.provider import Asking, Provider
+from adaptbot_cli.adapters.planner.local import Board
+from adaptbot_cli.adapters.planner.prompts import MARK, Style
+from adaptbot_cli.adapters.planner.provider import Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
 from adaptbot_cli.adapters.planner.streaming import Answer, read
-from adaptbot_cli.adapters.planner.text import plan_text, why_empty
+from adaptbot_cli.adapters.planner.structured import Form
+from adaptbot_cli.adapters.planner.text import plan_text, split
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 
@@ -31,18 +33,35 @@ FIRST_WAIT = 1.0
 """Seconds before the second try; each further one waits twice as long, or what is asked for."""
 
 
+Show = Callable[[str, bool], None]
+"""Takes a piece of an answer as it comes, and whether it is reasoning."""
+
+
 class Prompts(Protocol):
     """What the model is told."""
 
+    @property
+    def style(self) -> Style:
+        """How the plan is asked for."""
+        ...
+
     def messages(self, turn: Propose) -> list[Message]:
-        """Return the chat that asks for a plan, or a better one. Raises ModelError, PackError."""
+        """Return the chat that asks for a plan, or a better one. Raises PackError."""
+        ...
+
+    def form(self, turn: Propose) -> Form:
+        """Return what an answer may be. Raises PackError."""
+        ...
+
+    def hash(self, turn: Propose) -> str:
+        """Return what tells this prompt from others. Raises PackError."""
         ...
 
 
 class Watcher(Protocol):
     """Sees a model answer."""
 
-    def answering(self) -> AbstractContextManager[Callable[[str], None]]:
+    def answering(self) -> AbstractContextManager[Show]:
         """Show that the model is asked; what is given takes the text as it comes."""
         ...
 
@@ -55,9 +74,9 @@ class Unwatched:
     """Shows nothing."""
 
     @contextmanager
-    def answering(self) -> Iterator[Callable[[str], None]]:
+    def answering(self) -> Iterator[Show]:
         """Take the text to nowhere."""
-        yield lambda text: None
+        yield lambda text, reasoning: None
 
     def tell(self, sentence: str) -> None:
         """Say nothing."""
@@ -65,7 +84,8 @@ class Unwatched:
 
 @dataclass(slots=True)
 class Model:
-    """Plans with any model that litellm can reach, within a budget, and without its secrets."""
+    """Plans with any model that litellm can reach, within a budget, and without its secrets; one on
+    `board` runs on this machine."""
 
     name: str
     prompts: Prompts
@@ -73,7 +93,15 @@ class Model:
     budget: Budget = field(default_factory=Budget)
     secrets: Secrets = field(default_factory=Secrets)
     watcher: Watcher = field(default_factory=Unwatched)
+    board: Board | None = None
     first_wait: float = FIRST_WAIT
+
+    def __post_init__(self) -> None:
+        """Find the file of a model on board. Raises ModelError: there is none."""
+        if self.board is None and local.on_board(self.name):
+            self.board = Board(local.model_file(self.name))
+        if self.board is not None:
+            self.name = self.board.name
 
     def propose(self, turn: Propose) -> Proposal:
         """Return the model's text (docs/models.md).
@@ -84,56 +112,79 @@ class Model:
         """
         litellm = self._loaded()
         messages = self.prompts.messages(turn)
-        model, called = self._reached(litellm)
+        model, called = self._reached(litellm, self.prompts.form(turn))
         before = len(self.budget.answers)
         self.budget.start()
         try:
-            text = self._tried(model, called, messages)
+            reasoning, text = self._tried(model, called, messages)
         except ModelError as error:
             error.spent = astuple(self._spent(before))
             raise
         finally:
             self.budget.stop()
-        return Proposal(text, *astuple(self._spent(before)))
+        prompt = f"{self.prompts.style} {self.prompts.hash(turn)}"
+        spent = self._spent(before)
+        return Proposal(
+            text,
+            spent.calls,
+            spent.prompt_tokens,
+            spent.completion_tokens,
+            spent.cost_usd,
+            reasoning=reasoning,
+            prompt=prompt,
+        )
 
     def _spent(self, before: int) -> Spent:
         return sum(self.budget.answers[before:], start=Spent())
 
-    def _tried(self, model: Provider, called: Called, messages: list[Message]) -> str:
-        """Ask until there is an answer, as often and long as it makes sense. Raises ModelError."""
+    def _tried(self, model: Provider, called: Called, messages: list[Message]) -> tuple[str, str]:
+        """Ask until there is an answer, as often and long as it makes sense; return its reasoning
+        and its plan. Raises ModelError."""
         unfinished = ""
         for number in range(1, TRIES + 1):
             room, answer = self._room(model, messages), Answer()
             try:
                 return self._answered(model, messages, room, answer)
             except Exception as error:  # litellm raises each provider's own kinds of errors
-                own = our_own(error)
-                if own is not None:
-                    raise own from None
+                if why := self._died(error):
+                    raise ModelError(why) from None
                 failed = failure(error, called, model.names, answer.begun)
-            if isinstance(failed, BrokenOff):
-                before, unfinished = unfinished, self._text(answer, None)
+            reasoning, written = self._text(answer, None)
+            out_of_time = self.budget.seconds_left <= 0
+            if written and (isinstance(failed, BrokenOff) or failed.slow):
+                before, unfinished = unfinished, written
                 # Some servers never say that an answer is whole: then it is the same once more.
-                if unfinished and (unfinished == before or number == TRIES):
-                    self.watcher.tell("the answer ended without saying that it was whole")
-                    return unfinished
-            if self.budget.seconds_left <= 0:
+                if unfinished == before or number == TRIES or out_of_time:
+                    why = "the time is up (--timeout)" if out_of_time else failed.why
+                    self.watcher.tell(f"{why}: the plan is used as far as it was written")
+                    return reasoning, unfinished
+            if out_of_time:
                 limit = f"a run gives it {self.budget.limits.seconds:g} s (--timeout)"
                 raise ModelError(called.sentence(f"{failed.why}; {limit}"))
+            if failed.refused and model.form is not None:
+                self.watcher.tell(f"{self.name} takes no schema; asking for JSON in words alone")
+                model = replace(model, form=None)
+                continue
             if not failed.again or number == TRIES:
                 told = f"{failed.why}, {TRIES} times" if failed.again else failed.why
                 raise ModelError(called.sentence(told))
             self._wait(called, failed, number)
         raise AssertionError("the last try returns or raises")
 
+    def _died(self, error: Exception) -> str:
+        """Why the model on board has ended, if it has; it would do so again."""
+        return self.board.death() if self.board and not isinstance(error, Failure) else ""
+
     def _loaded(self) -> Any:
         """Return litellm, which takes seconds to load. Raises ModelError."""
         with self.watcher.answering():
             return provider.load()
 
-    def _reached(self, litellm: Any) -> tuple[Provider, Called]:
+    def _reached(self, litellm: Any, form: Form) -> tuple[Provider, Called]:
         """Return the model, and how it is spoken of. Raises ModelError: it lacks its key."""
-        model = Provider(litellm, self.name, self.asking)
+        asking = self.asking if self.board is None else self.board.asking(self.asking)
+        name = self.name if self.board is None else f"openai/{self.board.file.stem}"
+        model = Provider(litellm, name, asking, form if form.json or asking.grammar else None)
         called = Called(self.name, self.asking.api_base, self.secrets)
         missing = model.missing_keys()
         if missing:
@@ -162,29 +213,43 @@ class Model:
 
     def _answered(
         self, model: Provider, messages: list[Message], room: int | None, answer: Answer
-    ) -> str:
-        """Ask once; return the answer's text. Raises Failure, or what litellm raises."""
-        sieve = Sieve(self.secrets)
-        seconds = min(ONE_ANSWER, self.budget.seconds_left)
+    ) -> tuple[str, str]:
+        """Ask once; return the answer's reasoning and plan. Raises Failure, or what litellm does.
+
+        The limits are on silence and on the run: a slow model may take its time.
+        """
+        sieve, left = Sieve(self.secrets), self.budget.seconds_left
         try:
             with self.watcher.answering() as show:
+
+                def shown(piece: str, reasoning: bool) -> None:
+                    show(sieve.let(piece), reasoning or self._thinks(answer))
+
                 read(
-                    lambda: model.stream(messages, seconds, room),
-                    seconds,
-                    lambda piece: show(sieve.let(piece)),
+                    lambda: model.stream(messages, min(SILENCE, left), room),
+                    SILENCE,
+                    left,
+                    shown,
                     answer,
                 )
-                show(sieve.rest())
+                show(sieve.rest(), False)
         except Exception:
             self._count(model, answer, messages)
             raise
-        text = self._text(answer, self._count(model, answer, messages))
-        self._judge(answer, text)
-        return text
+        reasoning, text = self._text(answer, self._count(model, answer, messages))
+        self._judge(answer, text, reasoning)
+        return reasoning, text
 
-    def _text(self, answer: Answer, whole: Any) -> str:
-        """Return what an answer says, without secrets."""
-        return self.secrets.cut(plan_text(answer, whole))
+    def _thinks(self, answer: Answer) -> bool:
+        """Whether an answer is still before the mark under which the plan stands."""
+        return self.prompts.style == "cot" and MARK not in "".join(answer.text)
+
+    def _text(self, answer: Answer, whole: Any) -> tuple[str, str]:
+        """Return an answer's reasoning and its plan, without secrets."""
+        thought, text = plan_text(answer, whole)
+        reasoning, plan = split(text, self.prompts.style)
+        told = "\n".join(part for part in (thought, reasoning) if part)
+        return self.secrets.cut(told), self.secrets.cut(plan)
 
     def _count(self, model: Provider, answer: Answer, messages: list[Message]) -> Any:
         """Count what an answer, whole or not, has cost; return it as litellm puts it together."""
@@ -194,14 +259,14 @@ class Model:
         self.budget.answers.append(spent)
         return whole
 
-    def _judge(self, answer: Answer, text: str) -> None:
+    def _judge(self, answer: Answer, text: str, reasoning: str) -> None:
         """Raise Failure for an answer that is none; say what is odd about one that is."""
         if answer.ended == "content_filter":
             raise Failure("the provider refused the content")
         if answer.ended == "length" and not text:
             raise Failure("its answer came to its length limit before it wrote any plan")
-        if not text and (why := why_empty(answer)):
-            raise Failure(why)
+        if not text and reasoning:
+            raise Failure("it only reasoned, and wrote no plan")
         if not text:
             raise Failure(f"its answer was empty{self._wrong_address()}", again=True)
         if answer.ended is None:

@@ -1,73 +1,159 @@
-"""Renders the prompts: files under prompts/, rendered strictly, naming only what a task needs."""
+"""Renders the prompts: files under prompts/, rendered strictly, naming only what a task needs.
 
+A prompt has the paper's parts (sections III-A and IV-A): the agent's actions, one example with its
+chain of thought, the classes of things and of each the things of this home that matter for the
+task, and the task. Its size grows neither with the home nor with the actions.
+"""
+
+import hashlib
+import json
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain, islice
 from pathlib import Path
+from typing import Literal, get_args
 
 import jinja2
+from rdflib import RDF, URIRef
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
+from adaptbot_cli.adapters.planner.structured import Form
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import words
-from adaptbot_cli.core.plan import Finding, Task
+from adaptbot_cli.core.names import singulars, words
+from adaptbot_cli.core.parse import parse
+from adaptbot_cli.core.plan import Call, Finding, Task
+from adaptbot_cli.core.request import excludes
 from adaptbot_cli.core.turns import Propose
 
-MOST_NAMES = 12
-"""How many things of one kind a prompt names at most, so that it does not grow with the graph."""
+Style = Literal["cot", "plain", "schema"]
+"""How the plan is asked for: after a chain of thought, alone, or as JSON of a given schema."""
+
+Part = Literal["items", "example", "memory"]
+"""What an experiment may leave out of a prompt."""
+
+BEST: Style = "cot"
+"""The style that a small model meets most goals with (docs/models.md)."""
+
+STYLES: tuple[Style, ...] = get_args(Style)
+PARTS: tuple[Part, ...] = get_args(Part)
+
+MARK = "PLAN:"
+"""The line between a chain of thought and the calls."""
+
+MOST_NAMES, MOST_OPEN = 12, 18
+"""How many things of one class a prompt names at most; and where the task does not say which it is
+to be made of, of a class that is not named otherwise."""
+
+MOST_ACTIONS = 19
+"""How many actions a prompt names at most."""
 
 MOST_ITEMS = 4
 """Of how many ingredients the example is made at most: it shows the form."""
 
+MOST_FINDINGS = 12
+"""How many findings a re-prompt tells of the last plan."""
+
+_NEAR = 3
+"""How many plans of the library are looked into for what a task may need."""
+
+_SCANNED = 500
+"""A home with more things of a class is not searched for the rest that a prompt has room for."""
+
 _NAMES_NEAR = frozenset({"E101", "E103", "E201", "E202"})
 """Findings whose candidates are names that a plan may use."""
 
+_PHRASE = 3
+"""Of how many words of a request the name of a thing consists at most."""
 
-@dataclass(frozen=True, slots=True)
+_HEADINGS = (
+    ("E6", "This failed when the robot did it"),
+    ("E504", "The person objects"),
+    ("E5", "The plan does not reach its goal"),
+    ("", "This cannot be done here"),
+)
+"""What kinds of findings a re-prompt tells apart, by the codes that they begin with."""
+
+Message = dict[str, str]
+
+
+def style_of(option: str) -> Style:
+    """Return the style that `--prompt` means: `auto` is the one that was measured to be best."""
+    return next((style for style in STYLES if style == option), BEST)
+
+
+@dataclass(frozen=True)
 class Prompts:
-    """The prompts of a domain. `folder` holds plan.j2 and replan.j2, `library` names the example
-    plans' folders, if they are not below it.
+    """The prompts of a domain. `folder` holds the templates, `library` names the folders of the
+    example plans, if they are not below it.
+
+    For experiments `leave_out` are parts that the prompts lack, and with `unseen` the plan that the
+    library has for a task itself is neither its example nor looked into.
     """
 
     folder: Path
     kg: Kg
     library: tuple[Path, ...] = ()
+    style: Style = "plain"
+    leave_out: frozenset[Part] = frozenset()
+    unseen: bool = False
 
-    def messages(self, turn: Propose) -> list[dict[str, str]]:
+    def messages(self, turn: Propose) -> list[Message]:
         """Return the chat messages that ask for a plan, or for a better one.
 
         A model keeps nothing between two requests, and everything is paid for in each. To mend a
         plan it needs the actions and names, but its own plan shows the form and is the example.
+        Raises PackError.
         """
-        messages = [{"role": "user", "content": self._first(turn)}]
-        if turn.attempt:
-            messages.append({"role": "assistant", "content": turn.previous})
-            messages.append({"role": "user", "content": self.again(turn)})
-        return messages
-
-    def _first(self, turn: Propose) -> str:
-        domain = self.kg.domain
-        example = self._example(turn)
-        near = example["plan"] if example else ""
-        told = frozenset(words(f"{turn.task.name} {near} {turn.previous}"))
-        return self._render(
+        near = self._near(turn.task)
+        example = () if turn.attempt else self._example(near)
+        actions = self._actions(turn, near)
+        rules = self._render(
             "plan.j2",
-            purpose=domain.purpose,
-            actions=_signatures(domain.actions.values(), explained=not turn.attempt),
-            things=[(k.label, self._names(k, told)) for k in domain.teachable if k.prompted],
-            example=None if turn.attempt else example,
+            purpose=self.kg.domain.purpose,
+            actions=_signatures(actions, explained=not turn.attempt),
+            style=self.style,
+            mark=MARK,
+        )
+        task = self._render(
+            "task.j2",
+            things=[] if "items" in self.leave_out else list(self._things(turn, near)),
             task=turn.task.name,
             required=() if turn.attempt else turn.task.required,
             **_limits(turn.task),
         )
+        asked = [*example, {"role": "user", "content": task}]
+        asked[0] = {"role": "user", "content": f"{rules}\n\n{asked[0]['content']}"}
+        if turn.attempt:
+            previous = f"{MARK}\n{turn.previous}" if self.style == "cot" else turn.previous
+            asked.append({"role": "assistant", "content": previous})
+            asked.append({"role": "user", "content": self.again(turn)})
+        return asked
+
+    def form(self, turn: Propose) -> Form:
+        """Return what an answer may be, for a provider that can hold a model to it."""
+        actions = self._actions(turn, self._near(turn.task))
+        return Form(tuple(actions), self.style == "cot", self.style == "schema")
+
+    def hash(self, turn: Propose) -> str:
+        """Return what tells this prompt from others: a digest of its messages."""
+        text = json.dumps(self.messages(turn), ensure_ascii=False)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def again(self, turn: Propose) -> str:
         """Return what is said after a plan that has findings."""
-        findings = [_told(finding) for finding in turn.findings]
+        wrong: dict[str, dict[str, None]] = {heading: {} for _, heading in _HEADINGS}
+        for finding in turn.findings[:MOST_FINDINGS]:
+            heading = next(h for code, h in _HEADINGS if finding.code.startswith(code))
+            wrong[heading][_told(finding)] = None
+        before = () if "memory" in self.leave_out else turn.before
         return self._render(
             "replan.j2",
-            findings=list(dict.fromkeys(findings)),
+            wrong=[(heading, list(told)) for heading, told in wrong.items() if told],
+            before=list(dict.fromkeys(finding.message for finding in before)),
             required=turn.task.required,
             excluded=_limits(turn.task)["excluded"],
             done=turn.done,
@@ -90,26 +176,178 @@ class Prompts:
         )
         return environment.get_template(name).render(**values).strip()
 
-    def _names(self, kind: Kind, told: frozenset[str]) -> list[str]:
-        """The things of a kind; of many, first those that the task and the plans near it name."""
-        found = map(self.kg.name, self.kg.instances([kind.iri]))
-        ranked = sorted(found, key=lambda name: not told.issuperset(words(name)))
-        return sorted(ranked[:MOST_NAMES])
+    def _near(self, task: Task) -> list[LibraryPlan]:
+        """The plans nearest to a task, nearest first: the one that the library itself would take,
+        then those that share most words of their names and most ingredients with the task."""
+        plans = self.plans()
+        taken = nearest_plan(task.name, plans)
+        if taken is not None and self.unseen:
+            plans = [plan for plan in plans if plan is not taken[0]]
+            taken = None
+        ranked = sorted(plans, key=lambda p: (-_nearness(task, p), -self._usualness(p)))
+        first = [taken[0]] if taken else []
+        return [*first, *(plan for plan in ranked if plan not in first)][:_NEAR]
 
-    def _example(self, turn: Propose) -> dict[str, str] | None:
-        """The nearest plan of the library, for its form."""
-        library = self.plans()
-        found = nearest_plan(turn.task.name, library)
-        plan = found[0] if found else min(library, key=lambda p: len(p.body), default=None)
-        if plan is None:
-            return None
-        items = list(dict.fromkeys((*(plan.base or ()), *plan.ingredients)))[:MOST_ITEMS]
-        text = _REMARK.sub("", plan.render(plan.names[0], items))
-        return {"task": plan.names[0], "plan": text.strip()}
+    def _example(self, near: Sequence[LibraryPlan]) -> list[Message]:
+        """The nearest plan as an answer to its own task, with the thoughts that lead to it."""
+        if not near or "example" in self.leave_out:
+            return []
+        plan = near[0]
+        most = MOST_ITEMS // 2 if self.style == "schema" else MOST_ITEMS
+        items = list(dict.fromkeys((*(plan.base or ()), *plan.ingredients)))[:most]
+        text = _REMARK.sub("", plan.render(plan.names[0], items)).strip()
+        calls = [written.call for written in parse(text).calls]
+        used = [item for item in items if any(item in call.args for call in calls)]
+        asked = self._render(
+            "task.j2", things=[], task=plan.names[0], required=used, **_limits(Task(""))
+        )
+        if self.style != "plain":
+            thought = self._thought(calls, used)
+            text = f"{thought}\n{MARK}\n{text}"
+            if self.style == "schema":
+                told = {"reasoning": thought, "plan": [_as_json(call) for call in calls]}
+                text = json.dumps(told, ensure_ascii=False, separators=(",", ":"))
+        return [{"role": "user", "content": asked}, {"role": "assistant", "content": text}]
+
+    def _thought(self, calls: Sequence[Call], items: Sequence[str]) -> str:
+        """Which items a plan is about, in which state they are brought, and with what else."""
+        states = self._states
+        done = []
+        for call in calls:
+            action = self._named.get(call.action)
+            effect = action.effect.predicates if action and action.effect else frozenset()
+            if effect <= states and effect and call.args[0] in items:
+                done.append(f"{call.action} {call.args[0]}")
+        others = dict.fromkeys(arg for call in calls for arg in call.args if self.kg.find(arg))
+        tools = ", ".join(name for name in others if name not in items)
+        lines = (
+            ("Items", ", ".join(items)),
+            ("To do", ", ".join(dict.fromkeys(done))),
+            ("With", tools),
+        )
+        return "\n".join(f"{head}: {told or 'nothing'}" for head, told in lines)
+
+    @cached_property
+    def _states(self) -> frozenset[URIRef]:
+        """The predicates that say how a thing is, not where."""
+        found = self.kg.domain.properties.values()
+        return frozenset(p.iri for p in found if p.range not in self.kg.domain.kinds)
+
+    @cached_property
+    def _named(self) -> dict[str, Action]:
+        """The actions by all their names."""
+        actions = self.kg.domain.actions.values()
+        return {name: action for action in reversed([*actions]) for name in action.names}
+
+    @cached_property
+    def _usual(self) -> Counter[str]:
+        """How many plans of the library use a name: of an action, or of a thing."""
+        found: Counter[str] = Counter()
+        for plan in self.plans():
+            found.update({*_NAME.findall(plan.body), *_CALLED.findall(plan.body)})
+            found.update({*plan.ingredients, *(plan.base or ())})
+        return found
+
+    def _usualness(self, plan: LibraryPlan) -> float:
+        """How many plans use the ingredients of a plan, in the mean."""
+        return sum(map(self._usual.__getitem__, plan.ingredients)) / (len(plan.ingredients) or 1)
+
+    def _actions(self, turn: Propose, near: Sequence[LibraryPlan]) -> list[Action]:
+        """The actions near a task: all, if they are few; else first those that plans near it and
+        its own words name, then those that are used most. In the order of the domain."""
+        actions = list(self.kg.domain.actions.values())
+        if len(actions) <= MOST_ACTIONS:
+            return actions
+        used = chain(*(_CALLED.findall(plan.body) for plan in near), _CALLED.findall(turn.previous))
+        said = {*words(turn.task.name), *words(turn.task.said)}
+        wanted = {*used, *(name for action in actions for name in action.names if name in said)}
+        ranked = sorted(
+            actions,
+            key=lambda a: (wanted.isdisjoint(a.names), -max(self._usual[n] for n in a.names)),
+        )
+        kept = {action.name for action in ranked[:MOST_ACTIONS]}
+        return [action for action in actions if action.name in kept]
+
+    def _things(
+        self, turn: Propose, near: Sequence[LibraryPlan]
+    ) -> Iterator[tuple[str, list[str]]]:
+        """The classes, and of each the things that matter for a task: required ones, those that its
+        words name, those of plans near it and of the last plan; then the commonest of the class."""
+        task = turn.task
+        matter = chain(
+            task.required,
+            _phrases(task),
+            *(chain(plan.ingredients, _NAME.findall(plan.body)) for plan in near),
+            _NAME.findall(turn.previous),
+        )
+        common = (name for name, _ in sorted(self._usual.items(), key=lambda e: (-e[1], e[0])))
+        open_task = not task.required
+        found: dict[URIRef, dict[str, None]] = {kind.iri: {} for kind in self.kg.domain.teachable}
+        for iri, name in self._known(matter, task):
+            found[iri].setdefault(name)
+        for iri, name in self._known(common, task):
+            if open_task or self.kg.domain.kinds[iri].prompted:
+                found[iri].setdefault(name)
+        for kind in self.kg.domain.teachable:
+            most = MOST_NAMES if kind.prompted or not open_task else MOST_OPEN
+            if (kind.prompted or open_task) and len(found[kind.iri]) < most:
+                found[kind.iri].update(dict.fromkeys(self._rest(kind, task)))
+            names = list(found[kind.iri])[:most]
+            if names:
+                yield kind.label, sorted(names)
+
+    def _known(self, names: Iterable[str], task: Task) -> Iterator[tuple[URIRef, str]]:
+        """What this home has of some names, and the task allows: class and the home's own name."""
+        teachable = [kind.iri for kind in self.kg.domain.teachable]
+        for name in dict.fromkeys(names):
+            for entity in self.kg.find(name)[:1]:
+                kind = next((k for k in teachable if k in self.kg.classes(entity)), None)
+                if kind is not None and not excludes(self.kg.name(entity), task, self.kg):
+                    yield kind, self.kg.name(entity)
+
+    def _rest(self, kind: Kind, task: Task) -> list[str]:
+        """All things of a class that has few, by name."""
+        kinds = [k.iri for k in self.kg.domain.kinds.values() if kind.iri in k.supers]
+        members = chain(*(self.kg.facts.subjects(RDF.type, iri) for iri in kinds))
+        few = list(islice(members, _SCANNED + 1))
+        if len(few) > _SCANNED:
+            return []
+        names = sorted(map(self.kg.name, few))
+        return [name for name in names if not excludes(name, task, self.kg)]
 
 
 _REMARK = re.compile(r"[ \t]+#[^\n\"']*$", re.MULTILINE)
 """A remark behind a call: it is for the authors of the library."""
+
+_NAME = re.compile(r'"([^"\n{}]+)"')
+_CALLED = re.compile(r"^\s*(\w+)\(", re.MULTILINE)
+
+
+def _phrases(task: Task) -> Iterator[str]:
+    """The names that a request may hold, longest first."""
+    said = words(f"{task.name} {task.said}")
+    for length in range(_PHRASE, 0, -1):
+        for at in range(len(said) - length + 1):
+            yield "_".join(said[at : at + length])
+
+
+def _nearness(task: Task, plan: LibraryPlan) -> float:
+    said = _folded(" ".join((task.name, *task.like)))
+    named = max((_shared(said, _folded(name)) for name in plan.names), default=0.0)
+    return named + _shared(set(task.required), set(plan.ingredients))
+
+
+def _folded(text: str) -> set[str]:
+    return {(singulars(word) or (word,))[0] for word in words(text)}
+
+
+def _shared(one: set[str], other: set[str]) -> float:
+    """Jaccard's index: what two sets share, of all that they hold."""
+    return len(one & other) / (len(one | other) or 1)
+
+
+def _as_json(call: Call) -> Mapping[str, object]:
+    return {"action": call.action, "args": list(call.args)}
 
 
 def _limits(task: Task) -> dict[str, object]:

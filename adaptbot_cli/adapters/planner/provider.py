@@ -14,14 +14,15 @@ from urllib.request import getproxies
 
 import httpx
 
-from adaptbot_cli.adapters.planner.budget import Price, Spent
+from adaptbot_cli.adapters.planner.budget import Asking, Price, Spent
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
 from adaptbot_cli.adapters.planner.streaming import TooLong
+from adaptbot_cli.adapters.planner.structured import Form
 from adaptbot_cli.bounded import parse_json
 from adaptbot_cli.errors import ModelError
 
 _LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
-_FREE = ("ollama/", "ollama_chat/", "local/")
+_FREE = ("ollama/", "ollama_chat/")
 _HANDLED = ("anthropic/", "gemini/", "ollama/", "ollama_chat/")
 """Whom litellm reaches with a client that is given to it. It has one for all that speak OpenAI's
 protocol; what is left sends its key in a header that httpx takes away at a redirect."""
@@ -166,15 +167,6 @@ def _straight_to_this_machine() -> None:
     os.environ["no_proxy"] = os.environ["NO_PROXY"] = ",".join(names)
 
 
-@dataclass(frozen=True, slots=True)
-class Asking:
-    """How a model is asked: its sampling, and the server if it is one of the user's own."""
-
-    temperature: float = 0.0
-    seed: int = 0
-    api_base: str | None = None
-
-
 def _reported(usage: Any, name: str) -> int:
     """Return a count of tokens that a server reports, 0 for none and for what is no count."""
     count = getattr(usage, name, None)
@@ -189,11 +181,12 @@ def _plausible(reported: int, counted: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Provider:
-    """A model as litellm reaches it."""
+    """A model as litellm reaches it; with a `form` its answers are held to that, if it can."""
 
     litellm: Any
     model: str
     asking: Asking
+    form: Form | None = None
 
     def missing_keys(self) -> list[str]:
         """The environment variables with a key that the model needs and that are not set."""
@@ -205,9 +198,10 @@ class Provider:
     def stream(self, messages: list[dict[str, str]], seconds: float, room: int | None) -> Any:
         """Ask, and return litellm's stream. Its own retries are off: they would be neither said
         nor counted, and cover no stream that breaks."""
-        own = {"api_base": self.asking.api_base} if self.asking.api_base else {}
-        if own and self.missing_key_of_own_server():
-            own["api_key"] = _NO_KEY
+        most = min(filter(None, (room, self.asking.most_tokens)), default=None)
+        own: dict[str, Any] = {"api_base": self.asking.api_base} if self.asking.api_base else {}
+        if self.asking.api_key or (own and self.missing_key_of_own_server()):
+            own["api_key"] = self.asking.api_key or _NO_KEY
         if self.model.startswith(_HANDLED):
             own["client"] = _handler(tuple(sorted(getproxies().items())))
         return self.litellm.completion(
@@ -221,9 +215,21 @@ class Provider:
             max_retries=0,
             num_retries=0,
             drop_params=True,
-            **({} if room is None else {"max_tokens": room}),
+            **({} if most is None else {"max_tokens": most}),
+            **self._held(),
             **own,
         )
+
+    def _held(self) -> Mapping[str, Any]:
+        """What holds an answer to its form: a grammar for llama.cpp, else a JSON schema."""
+        if self.form is None:
+            return {}
+        if self.asking.grammar and self.form.json:
+            return {"response_format": {"type": "json_object", "schema": self.form.schema}}
+        if self.asking.grammar:
+            return {"extra_body": {"grammar": self.form.grammar}}
+        schema = {"name": "plan", "schema": self.form.schema, "strict": True}
+        return {"response_format": {"type": "json_schema", "json_schema": schema}}
 
     def missing_key_of_own_server(self) -> bool:
         """Whether an OpenAI-compatible server is to be asked without any key."""

@@ -12,7 +12,7 @@ LONGEST = 100_000
 
 
 class TooSlow(Exception):
-    """The time was up before the answer was whole."""
+    """The time was up before the answer was whole, or nothing more came."""
 
 
 class TooLong(Exception):
@@ -39,22 +39,23 @@ class Answer:
         """Whether anything but empty chunks has come."""
         return self.size > 0
 
-    def take(self, chunk: Any) -> str:
-        """Keep a chunk; return the text in it. Raises TooLong."""
+    def take(self, chunk: Any) -> tuple[str, str]:
+        """Keep a chunk; return the text and the reasoning in it. Raises TooLong."""
         self.chunks.append(chunk)
         if not chunk.choices:
-            return ""
+            return "", ""
         self.ended = chunk.choices[0].finish_reason or self.ended
         delta = chunk.choices[0].delta
         calls = getattr(delta, "tool_calls", None) or ()
         self.size += sum(len(call.function.arguments or "") for call in calls if call.function)
-        self.size += len(getattr(delta, "reasoning_content", None) or "")
+        thought = str(getattr(delta, "reasoning_content", None) or "")
+        self.size += len(thought)
         piece = text_of(delta.content)
         self.text.append(piece)
         self.size += len(piece)
         if self.size > LONGEST:
             raise TooLong
-        return piece
+        return piece, thought
 
 
 def text_of(content: Any) -> str:
@@ -66,16 +67,23 @@ def text_of(content: Any) -> str:
 
 
 def read(
-    ask: Callable[[], Iterable[Any]], seconds: float, show: Callable[[str], None], into: Answer
+    ask: Callable[[], Iterable[Any]],
+    silence: float,
+    seconds: float,
+    show: Callable[[str, bool], None],
+    into: Answer,
 ) -> None:
-    """Read an answer to its end into `into`, showing its text as it comes.
+    """Read an answer to its end into `into`, showing its text, and what is reasoning, as it comes.
+
+    It may take so many `seconds`, and be silent for `silence` of them between two pieces.
 
     The reading has a thread of its own, because no timeout of a socket ends a name that is never
     resolved or a server that sends a byte now and then; and because Ctrl-C then stops it at once.
     A thread left behind closes its connection at the next piece, or when its socket times out.
 
     Raises:
-        TooSlow: the seconds are over. TooLong: it is no plan. Or whatever `ask` raises.
+        TooSlow: the seconds are over, or it is silent. TooLong: it is no plan. Or whatever `ask`
+            raises.
     """
     pieces: queue.SimpleQueue[Any] = queue.SimpleQueue()
     stop = threading.Event()
@@ -85,7 +93,8 @@ def read(
     try:
         while True:
             try:
-                chunk = pieces.get(timeout=max(until - time.monotonic(), 0.001))
+                left = min(until - time.monotonic(), silence)
+                chunk = pieces.get(timeout=max(left, 0.001))
             except queue.Empty:
                 raise TooSlow from None
             if isinstance(chunk, _End):
@@ -95,9 +104,11 @@ def read(
                 if chunk.unexplained:
                     into.ended = None
                 return
-            piece = into.take(chunk)
+            piece, thought = into.take(chunk)
+            if thought:
+                show(thought, True)
             if piece:
-                show(piece)
+                show(piece, False)
     finally:
         stop.set()
 

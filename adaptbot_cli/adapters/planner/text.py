@@ -1,30 +1,46 @@
 """The text of an answer, whatever form a model gives it: prose, tool calls, reasoning aside."""
 
+import contextlib
 import json
 import re
 from types import SimpleNamespace
 from typing import Any
 
 from adaptbot_cli import bounded
+from adaptbot_cli.adapters.planner.prompts import Style
 from adaptbot_cli.adapters.planner.streaming import Answer
+from adaptbot_cli.adapters.planner.structured import from_json
 from adaptbot_cli.errors import ModelError
 
 _REASONING = re.compile(
     r"<(think|thinking|reasoning|thought)>.*?(?:</\1>|\Z)", re.DOTALL | re.IGNORECASE
 )
+_MARK = re.compile(r"^[#*_\s]*(?:PLAN[*_]*:|[Pp]lan[*_]*:?(?=[*_\s]*$))[*_]*[ \t]*", re.MULTILINE)
+"""The mark, with the ornaments that models put around it."""
+
+_FENCE = re.compile(r"\A\s*```(?:json)?\n|\n```\s*\Z")
 _END_ONLY = re.compile(r"\A.*</(?:think|thinking|reasoning|thought)>", re.DOTALL | re.IGNORECASE)
 
 
-def plan_text(answer: Answer, whole: Any) -> str:
-    """Return what an answer says: its text, then its tool calls as JSON, one a line.
+def plan_text(answer: Answer, whole: Any) -> tuple[str, str]:
+    """Return an answer's reasoning, and what else it says: its text, then its tool calls as JSON.
 
-    Reasoning is left out: it tries calls out that are no part of the plan, and it would be paid
-    for again in each re-prompt. Some models open it in the prompt, so that only its end is seen.
+    Reasoning tries calls out that are no part of the plan, and it would be paid for again in each
+    re-prompt. Some models open it in the prompt, so that only its end is seen.
     """
-    text = without_reasoning("".join(answer.text))
+    said = "".join(answer.text)
+    text = without_reasoning(said)
+    deltas = (chunk.choices[0].delta for chunk in answer.chunks if chunk.choices)
+    thought = "".join(getattr(delta, "reasoning_content", None) or "" for delta in deltas)
+    if text != said.lstrip("\n"):
+        thought += said.removesuffix(text)
     calls = streamed_calls(answer) or tool_calls(whole)
-    said = "\n".join(part for part in (text, *calls) if part)
-    return said.encode("utf-8", "replace").decode("utf-8")
+    told = "\n".join(part for part in (text, *calls) if part)
+    return _encodable(thought.strip()), _encodable(told)
+
+
+def _encodable(text: str) -> str:
+    return text.encode("utf-8", "replace").decode("utf-8")
 
 
 def without_reasoning(text: str) -> str:
@@ -34,11 +50,18 @@ def without_reasoning(text: str) -> str:
     return _END_ONLY.sub("", _REASONING.sub("", text)).lstrip("\n")
 
 
-def why_empty(answer: Answer) -> str:
-    """Return what an answer without text or calls has been, as far as its pieces tell."""
-    deltas = (chunk.choices[0].delta for chunk in answer.chunks if chunk.choices)
-    reasoned = any(getattr(delta, "reasoning_content", None) for delta in deltas)
-    return "it only reasoned, and wrote no plan" if reasoned else ""
+def split(text: str, style: Style) -> tuple[str, str]:
+    """Return the reasoning and the plan of an answer, as it was asked for.
+
+    A text without the mark, or of another form than the schema's, is a plan as a whole.
+    """
+    if style == "schema":
+        with contextlib.suppress(ModelError):
+            return from_json(_FENCE.sub("", text))
+    found = _MARK.search(text) if style == "cot" else None
+    if found is None:
+        return "", text
+    return text[: found.start()].strip(), text[found.end() :].strip("\n")
 
 
 def streamed_calls(answer: Answer) -> list[str]:

@@ -171,7 +171,9 @@ def told_of_reply(turn: Turn, reply: object, kg: Kg) -> Document:
             calls = {} if reply.calls == 1 else {"calls": reply.calls}
             spent = {"tokens": tokens} if any(tokens.values()) else {}
             failed = {"failure": reply.failure} if reply.failure else {}
-            return {"reply": reply.text, **calls, **spent, **cost, **failed}
+            thought = {"reasoning": reply.reasoning} if reply.reasoning else {}
+            prompt = {"prompt": reply.prompt} if reply.prompt else {}
+            return {**prompt, **thought, "reply": reply.text, **calls, **spent, **cost, **failed}
         case Answer():
             to = {"to": told_of_key(reply.to)} if reply.to is not None else {}
             taken = {"suggestion": reply.suggestion} if reply.suggestion else {}

@@ -37,6 +37,7 @@ from adaptbot_cli.errors import ReplayError
 
 _GIVEN_BACK = frozenset(
     {
+        *("prompt", "reasoning"),
         *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "last", "by"),
         *("suggestion", "suggestions"),
         *("at", "answers", "kept", "left_out", "back", "revision"),
@@ -120,6 +121,8 @@ class Player:
             int(tokens.get("completion", 0)),
             self.current.get("cost_usd"),
             str(self.current.get("failure", "")),
+            str(self.current.get("reasoning", "")),
+            str(self.current.get("prompt", "")),
         )
 
     def ask(self, question: Question) -> Answer:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,10 @@ def _results(experiment: "Experiment", path: Path | None) -> "Results":
 
     key = experiment.key()
     cache = user_cache_path("adaptbot", appauthor=False) / "eval" / f"{key}.jsonl"
-    return Results(path or cache, key)
+    found = Results(path or cache, key)
+    if experiment.rules.model is not None and experiment.rules.answers is None:
+        experiment.rules = replace(experiment.rules, answers=found.answers)
+    return found
 
 
 @contextmanager

@@ -61,6 +61,20 @@ def arms(option: str) -> tuple[str, ...]:
     return tuple(arm for arm in ARMS if arm in wanted)
 
 
+def parts(option: str) -> tuple[Any, ...]:
+    """Return the parts of a prompt that an option names. Raises UsageError."""
+    from adaptbot_cli.adapters.planner.prompts import PARTS
+    from adaptbot_cli.errors import UsageError
+
+    unknown = [name for name in items(option) if name not in PARTS]
+    if unknown:
+        told = ", ".join(unknown)
+        raise UsageError(
+            f'--leave-out: "{told}" is no part of a prompt; there is {", ".join(PARTS)}'
+        )
+    return tuple(part for part in PARTS if part in items(option))
+
+
 def in_truth(option: str | None) -> bool:
     """Return whether plans are carried out in the truth. Raises UsageError."""
     from adaptbot_cli.errors import UsageError

@@ -11,6 +11,7 @@ from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
     KgOption,
+    TimeoutOption,
     WorkspaceOption,
     domain_name,
     note_ignored,
@@ -18,7 +19,7 @@ from adaptbot_cli.cli.common import (
 )
 from adaptbot_cli.cli.eval import options
 from adaptbot_cli.cli.eval.carrying import carry_out
-from adaptbot_cli.cli.run import PolicyName
+from adaptbot_cli.cli.run import PolicyName, PromptName, PromptOption
 
 if TYPE_CHECKING:
     from adaptbot_cli.evaluation.experiment import Experiment
@@ -46,6 +47,18 @@ def run(
         typer.Option(metavar="NAME", help="Plan live: any litellm model, or `library`."),
     ] = None,
     api_base: ApiBaseOption = None,
+    prompt: PromptOption = PromptName.auto,
+    leave_out: Annotated[
+        str, typer.Option(metavar="A,B", help="Parts that prompts lack: items, example, memory.")
+    ] = "",
+    unseen: Annotated[
+        bool, typer.Option("--unseen", help="Show a model no library plan of the task itself.")
+    ] = False,
+    timeout: TimeoutOption = None,
+    said: Annotated[
+        Path | None,
+        typer.Option("--answers", metavar="FILE", help="Keep a model's answers here, by prompt."),
+    ] = None,
     select: options.SelectOption = None,
     limit: options.LimitOption = None,
     world: options.WorldOption = None,
@@ -63,6 +76,8 @@ def run(
 
     A run that is interrupted goes on where it was when it is started again.
     """
+    from adaptbot_cli.adapters.planner.budget import SECONDS
+    from adaptbot_cli.adapters.planner.local import on_board
     from adaptbot_cli.evaluation.experiment import Setting, prepare, report
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.recordings import read_recordings
@@ -81,12 +96,17 @@ def run(
         cumulative=cumulative,
         human_error=human_error,
         seed=seed,
-        jobs=options.cores(jobs),
+        jobs=1 if on_board(model) else options.cores(jobs),
         limit=limit,
         select=select,
         world=options.in_truth(world),
         planted=planted,
         model=model,
+        prompt=prompt.value,
+        leave_out=options.parts(leave_out),
+        unseen=unseen,
+        seconds=timeout or SECONDS,
+        answers=said,
         api_base=address,
     )
     rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
+from adaptbot_cli.adapters.planner import local as found
 from adaptbot_cli.adapters.planner.choice import Chosen, choose
-from adaptbot_cli.adapters.planner.local import found
 from adaptbot_cli.adapters.planner.servers import ollama
 from adaptbot_cli.errors import UsageError
 from tests.board import on_board

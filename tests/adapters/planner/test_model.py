@@ -1,18 +1,19 @@
 """Models over real HTTP: each misbehaviour ends in its documented way and within its time."""
 
+import json
 import re
 import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
 
-from adaptbot_cli.adapters.planner.budget import Budget, Limits
+from adaptbot_cli.adapters.planner import model as model_module
+from adaptbot_cli.adapters.planner.budget import Asking, Budget, Limits
 from adaptbot_cli.adapters.planner.model import Model
-from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.planner.provider import Asking
+from adaptbot_cli.adapters.planner.prompts import Prompts, Style
 from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
@@ -36,10 +37,11 @@ class Seen:
 
     told: list[str] = field(default_factory=list)
     shown: list[str] = field(default_factory=list)
+    thought: list[str] = field(default_factory=list)
 
     @contextmanager
-    def answering(self) -> Iterator[Callable[[str], None]]:
-        yield self.shown.append
+    def answering(self) -> Iterator[Callable[[str, bool], None]]:
+        yield lambda text, reasoning: (self.thought if reasoning else self.shown).append(text)
 
     def tell(self, sentence: str) -> None:
         self.told.append(sentence)
@@ -94,6 +96,7 @@ def ask(kg: Kg) -> Ask:
         budget: Budget | None = None,
         address: str = "",
         models: tuple[str, ...] = ("planner",),
+        style: Style = "plain",
         **limits: Any,
     ) -> Asked:
         task, seen = task_for("make omelette", kg), Seen()
@@ -101,7 +104,7 @@ def ask(kg: Kg) -> Ask:
         with serving(*answers, models=models) as at:
             asking = Asking(api_base=address or at.url)
             budget = budget or Budget(Limits(**{"seconds": 20, **limits}))
-            prompts = Prompts(bundled("prompts"), kg)
+            prompts = Prompts(bundled("prompts"), kg, style=style)
             model = Model(name, prompts, asking, budget, Secrets(secrets), seen, first_wait=0.01)
             proposal, error = None, None
             try:
@@ -137,9 +140,9 @@ def test_an_answer_is_streamed_counted_and_asked_for_as_told(ask: Ask) -> None:
     asked = ask(says(PLAN))
     assert asked.text == PLAN and "".join(asked.seen.shown) == PLAN
     assert len(asked.seen.shown) > 5
-    assert asked.proposal == Proposal(
-        PLAN, 1, USAGE["prompt_tokens"], USAGE["completion_tokens"], cost_usd=0.0
-    )
+    used, written = USAGE["prompt_tokens"], USAGE["completion_tokens"]
+    assert asked.proposal is not None and re.fullmatch("plain [0-9a-f]{16}", asked.proposal.prompt)
+    assert replace(asked.proposal, prompt="") == Proposal(PLAN, 1, used, written, cost_usd=0.0)
     (request,) = asked.server.asked
     assert request.body["temperature"] == 0 and request.body["seed"] == 0
     assert request.headers["authorization"] == "Bearer none"
@@ -164,7 +167,7 @@ def test_an_answer_that_never_ends_the_same_way_is_taken_after_the_last_try(ask:
     cuts = [PLAN[:20], PLAN[:30], PLAN[:25], PLAN]
     asked = ask(*(server.ends_early(text) for text in cuts))
     assert asked.text == PLAN and len(asked.server.asked) == len(cuts)
-    assert asked.seen.told[-1] == "the answer ended without saying that it was whole"
+    assert asked.seen.told[-1] == "its answer broke off: the plan is used as far as it was written"
 
 
 TRANSIENT: dict[str, tuple[Answer, str]] = {
@@ -248,7 +251,57 @@ def test_the_time_is_that_of_all_answers_together(ask: Ask) -> None:
     assert ask(slow, budget=budget).text == PLAN
     assert budget.waited > 0.5
     budget.limits = Limits(seconds=budget.waited + 0.2)
-    assert "took too long" in ask(slow, budget=budget).said
+    cut = ask(slow, budget=budget)
+    if cut.proposal is None:  # nothing had come yet
+        assert "took too long" in cut.said
+    else:
+        assert PLAN.startswith(cut.text) and "the time is up (--timeout)" in cut.seen.told[0]
+
+
+def test_a_slow_answer_may_take_its_time_and_a_silent_one_may_not(
+    ask: Ask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(model_module, "SILENCE", 2.0)
+    assert ask(says(PLAN, pause=0.25)).text == PLAN  # longer in all than one silence may be
+    with ends():
+        assert "took too long" in ask(server.hangs, seconds=5).said
+
+
+THOUGHT = 'Items: egg\nTo do: fry("egg")?\nWith: pan'
+
+
+@pytest.mark.parametrize("mark", ["PLAN:", "**PLAN:**", "### Plan", "plan:", "PLAN: "])
+def test_a_chain_of_thought_is_recorded_dimmed_and_no_plan(ask: Ask, mark: str) -> None:
+    asked = ask(says(f"{THOUGHT}\n\n{mark}\n{PLAN}"), style="cot")
+    assert asked.proposal is not None
+    assert (asked.proposal.reasoning, asked.text) == (THOUGHT, PLAN)
+    if mark == "PLAN:":
+        assert THOUGHT in "".join(asked.seen.thought) and PLAN in "".join(asked.seen.shown)
+    assert asked.server.asked[0].body["messages"][-1]["content"].startswith("Here are:")
+    again = ask(says(PLAN), style="cot", again=True).server.asked[0].body["messages"]
+    assert again[1]["content"] == f"PLAN:\n{PLAN}"
+
+
+def test_a_thought_without_a_plan_is_told_for_what_it_is(ask: Ask) -> None:
+    assert "it only reasoned" in ask(says(f"{THOUGHT}\nPLAN:\n"), style="cot").said
+    assert ask(says(PLAN), style="cot").text == PLAN  # without the mark all is the plan
+
+
+def test_a_structured_answer_is_asked_for_by_a_schema_and_read_as_calls(ask: Ask) -> None:
+    steps = [{"action": "pick_up_obj", "args": ["egg"]}, {"action": "wait", "args": ["5"]}]
+    text = json.dumps({"reasoning": THOUGHT, "plan": steps})
+    asked = ask(says(text), style="schema")
+    assert asked.text == 'pick_up_obj("egg")\nwait(5)'
+    assert asked.proposal is not None and asked.proposal.reasoning == THOUGHT
+    told = asked.server.asked[0].body["response_format"]["json_schema"]["schema"]
+    step = told["properties"]["plan"]["items"]["properties"]
+    assert "pick_up_obj" in step["action"]["enum"] and "enum" not in step["args"]["items"]
+
+
+def test_a_server_that_takes_no_schema_is_asked_in_words_alone(ask: Ask) -> None:
+    asked = ask(refuses(400, "response_format is not supported"), says(PLAN), style="schema")
+    assert asked.text == PLAN and "takes no schema" in asked.seen.told[0]
+    assert ["response_format" in request.body for request in asked.server.asked] == [True, False]
 
 
 def test_nobody_there(ask: Ask) -> None:
