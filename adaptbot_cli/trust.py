@@ -13,7 +13,8 @@ from pathlib import Path
 
 from adaptbot_cli.errors import KnowledgeError
 
-GUARDED = ("model", "api_base", "timeout", "max_tokens", "max_cost", "world")
+GUARDED = ("model", "api_base", "timeout", "max_tokens", "max_cost", "world",
+           "kg.endpoint", "kg.update_endpoint", "kg.attributes", "kg.state", "kg.log")  # fmt: skip
 """The settings that move secrets or money, or run something."""
 
 

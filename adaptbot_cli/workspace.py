@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,6 +30,8 @@ _FIRST_CONFIG = """\
 # world = "exec:python robot.py"  # what carries a plan out; without one it is only rehearsed
 # act_timeout = 60              # seconds that the world may take for one step
 # confirm = "irreversible"      # or "each", "none": the steps that you agree to first
+# [kg]                          # a SPARQL 1.1 server that several workspaces share
+# endpoint = "https://example.org/sparql"
 """
 
 
@@ -36,12 +39,21 @@ def _number(value: Any) -> bool:
     return type(value) in (int, float) and 0 <= value < float("inf")
 
 
+def _address(value: Any) -> bool:
+    return isinstance(value, str) and value.startswith(("http://", "https://"))
+
+
+def _iri(value: Any) -> bool:
+    whole = r"[A-Za-z][A-Za-z0-9+.-]*:[^\x00-\x20<>\"{}|^`\\]+"
+    return isinstance(value, str) and re.fullmatch(whole, value) is not None
+
+
 _SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "model": ("a text", lambda value: isinstance(value, str)),
-    "api_base": (
-        "an address such as http://127.0.0.1:8000/v1",
-        lambda value: isinstance(value, str) and value.startswith(("http://", "https://")),
-    ),
+    "api_base": ("an address such as http://127.0.0.1:8000/v1", _address),
+    "kg.endpoint": ("an address such as https://example.org/sparql", _address),
+    "kg.update_endpoint": ("an address such as https://example.org/update", _address),
+    **dict.fromkeys(("kg.attributes", "kg.state", "kg.log"), ("an IRI", _iri)),
     "timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
     "max_tokens": ("a number of tokens", lambda value: type(value) is int and value > 0),
     "max_cost": ("an amount in US dollars", _number),
@@ -232,7 +244,10 @@ def _user_folder() -> Path:
 
 
 def _settings(path: Path, content: bytes) -> dict[str, Any]:
-    settings = bounded.parse_toml(content, path)
+    settings: dict[str, Any] = {}
+    for name, value in bounded.parse_toml(content, path).items():
+        table = value if name == "kg" and isinstance(value, dict) else {}
+        settings |= {f"{name}.{key}": each for key, each in table.items()} or {name: value}
     for name in sorted(settings.keys() - _SETTINGS.keys()):
         raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
     for name, (kind, fits) in _SETTINGS.items():

@@ -115,7 +115,7 @@ def _made(made: "Started", home: "Workspace", name: str) -> None:
 @app.command("check")
 def check_domain(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="The domain; else all of the workspace.")
+        str | None, typer.Argument(metavar="[NAME]", help="The domain; else the configured one.")
     ] = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
@@ -125,19 +125,13 @@ def check_domain(
     What tasks need and this home lacks is no fault, and told with "!", as are goals that say too
     little.
     """
-    home = workspace(workspace_dir)
-    if name or json:
-        return _check_one(domain_name(name, home), home, json)
-    here = [each for each in home.domains() if home.has(each)]
-    return max(_check_one(each, home, json) for each in here or home.domains())
-
-
-def _check_one(name: str, home: "Workspace", json: bool) -> int:
     from rich.text import Text
 
     from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
 
+    home = workspace(workspace_dir)
+    name = domain_name(name, home)
     kg, found, hints = session.check_pack(home, name)
     if json:
         print_json({"domain": name, "faults": found, "hints": hints})

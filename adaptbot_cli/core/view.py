@@ -59,22 +59,8 @@ def thing(kg: Kg, entity: URIRef) -> Thing:
         kg.aliases(entity),
         attributes,
         states,
-        tuple(kg.name(inside) for place in _holders(kg, entity) for inside in contents(kg, place)),
+        tuple(kg.name(inside) for inside in contents(kg, entity)),
     )
-
-
-def _holders(kg: Kg, entity: URIRef) -> list[URIRef]:
-    """What holds a thing's contents: itself; of the robot, its hands."""
-    if entity != kg.domain.agent:
-        return [entity]
-    return kg.instances(kind.iri for kind in kg.domain.kinds.values() if kind.hand)
-
-
-def called(kg: Kg, name: str) -> URIRef | None:
-    """Return the thing of a name, the robot too, None if there is none."""
-    if normal(name) == normal(kg.name(kg.domain.agent)):
-        return kg.domain.agent
-    return next(iter(kg.find(name)), None)
 
 
 def _plain(kg: Kg, value: Node) -> Any:

@@ -1,5 +1,6 @@
 """The only wiring: a command line, read, made into a run."""
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Finding
     from adaptbot_cli.core.request import Reading
+    from adaptbot_cli.session.serving import Sharing
 
 
 REHEARSAL, EXEC = "rehearsal", "exec:"
@@ -173,12 +175,17 @@ def build(
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
     human = human_of(request, prompts)
+    sharing = None if request.dry_run else _sharing(request, workspace, human, console)
     start = None if request.dry_run else started_on(request.domain, workspace)
     kg = start.kg if start else load(workspace, request.domain)
     words = WordNet()
     read = reader(kg, workspace, request.requires, request.without, words)
     planner = _planner(request, chosen, environ, kg, workspace, console)
     with ExitStack() as stack:
+        if sharing is not None:
+            sharing.inner, sharing.learn = planner, kg.learn
+            planner = sharing
+            stack.callback(sharing.send)
         asks = prompts is not None and request.ask and request.answers is None
         screen = Screen(console, kg, asks, request.edit)
         nobody: Any = None
@@ -213,6 +220,24 @@ def build(
             screen.world, screen.how = world.name, getattr(world, "how", "")
         session.ports = Ports(planner, human, words, store, observers, world)
         yield session
+
+
+def _sharing(
+    request: Request, workspace: Workspace, human: Human, console: "Console"
+) -> "Sharing | None":
+    """Return the exchange with the shared graph, if one is configured, once what the request names
+    is fetched."""
+    if not os.environ.get("ADAPTBOT_KG_ENDPOINT") and "kg.endpoint" not in workspace.settings:
+        return None
+    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.serving import Served, Sharing
+
+    def tell(text: str) -> None:
+        console.print(f"! {text}", style="yellow", markup=False, soft_wrap=True)
+
+    found = Sharing(Served.needed(Home(workspace, request.domain), human), tell)
+    found.fetch(request.task)
+    return found
 
 
 def world_of(request: Request, kg: "Kg") -> "Process | SimulatedHome | None":

@@ -18,7 +18,6 @@ COMMANDS = {
     "class, json": ["show", "tools", "--json"],
     "place": ["show", "fridge"],
     "place, json": ["show", "Fridge", "--json"],
-    "robot, json": ["show", "robot", "--json"],
     "unknown": ["show", "eg"],
     "like nothing": ["show", "qqqqqq", "--json"],
     "hostile": ["show", "[red]\x1b[31m> . <x> <y"],
@@ -92,12 +91,6 @@ def test_a_place_with_what_is_there(said: dict[str, Ended]) -> None:
     assert told["name"] == "fridge" and "egg" in told["holds"]
     assert "egg" in said["place"].out
     assert "fixed place" in said["place"].out and "imreceptacle" not in said["place"].out
-
-
-def test_the_robot_is_a_thing_that_is_somewhere(said: dict[str, Ended]) -> None:
-    robot = said["robot, json"].json()
-    assert robot["name"] == "robot" and robot["states"]["agent_near"] == "countertop"
-    assert robot["holds"] == []
 
 
 def test_an_unknown_name(said: dict[str, Ended]) -> None:

@@ -107,28 +107,18 @@ class Merger:
 
     def _settled(self, domain: str, start: Held, ours: Held, merge: Merge) -> dict[str, bytes]:
         """The files of a domain with the merged facts, once every conflict is settled."""
-        facts, asked = merge.facts, dict[Key, Side | None]()
-        new: Sequence[Conflict] = conflicts(merge, start.kg.domain)
-        while new:
-            for conflict in new:
-                if conflict.key in asked:
-                    name = ours.kg.name(conflict.about)
-                    self._refuse([f"what was chosen of {name} cannot stand beside the rest"])
-                dispute = self._dispute(domain, conflict, ours)
-                side = asked[conflict.key] = self.settle(dispute)
-                if side is None:
-                    self.open.append(dispute)
-                facts = conflict.settled(facts, side or "ours")
-            if self.open:
-                return {}
-            new = self._behind_faults(start, merge, facts)
-        return self._written(start, ours, merge, facts)
 
-    def _behind_faults(self, start: Held, merge: Merge, facts: Facts) -> Sequence[Conflict]:
-        delta = _delta(start, facts)
-        return of_faults(start.new_faults(delta, start.after(delta)) if delta else (), merge)
+        def ask(conflict: Conflict) -> Side | None:
+            dispute = self._dispute(domain, conflict, ours)
+            side = self.settle(dispute)
+            if side is None:
+                self.open.append(dispute)
+            return side
 
-    def _written(self, start: Held, ours: Held, merge: Merge, facts: Facts) -> dict[str, bytes]:
+        facts = agreed(start, merge, ask, self._refuse)
+        return self._written(start, ours, facts) if facts is not None else {}
+
+    def _written(self, start: Held, ours: Held, facts: Facts) -> dict[str, bytes]:
         delta = _delta(start, facts)
         files = {**start.files, **start.after(delta)}
         self._refuse(faults_of(Held.of(files, ours.where), ours))
@@ -217,6 +207,36 @@ class Merger:
                 f"nothing of {self.name} was taken: {'; '.join(told[:_MOST])}{more}. Correct it "
                 "there, or take it back there, and try again."
             )
+
+
+def agreed(
+    start: Held,
+    merge: Merge,
+    ask: Callable[[Conflict], Side | None],
+    refuse: Callable[[list[str]], None],
+) -> Facts | None:
+    """Return the merged facts when every conflict is settled, None where one stays open.
+
+    `start` are the files that they are to be written into. All conflicts of a round are asked;
+    `refuse` is called where what was chosen cannot stand beside the rest.
+    """
+    facts, asked = merge.facts, set[Key]()
+    new: Sequence[Conflict] = conflicts(merge, start.kg.domain)
+    while True:
+        sides: list[Side | None] = []
+        for conflict in new:
+            if conflict.key in asked:
+                name = start.kg.name(conflict.about)
+                refuse([f"what was chosen of {name} cannot stand beside the rest"])
+            asked.add(conflict.key)
+            sides.append(ask(conflict))
+            facts = conflict.settled(facts, sides[-1] or "ours")
+        if None in sides:
+            return None
+        delta = _delta(start, facts)
+        new = of_faults(start.new_faults(delta, start.after(delta)) if delta else (), merge)
+        if not new:
+            return facts
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,25 @@
-"""`adaptbot kg sync`: one home's knowledge in several workspaces."""
+"""`adaptbot kg sync`, `pull`, `push`: one home's knowledge in several workspaces."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from adaptbot_cli.cli.common import (
+    DomainOption,
     JsonOption,
     WorkspaceOption,
     console,
+    home_of,
     note,
+    note_ignored,
     print_json,
     terminal,
     workspace,
 )
+
+if TYPE_CHECKING:
+    from adaptbot_cli.session.serving import Exchange, Served
 
 STILL_OPEN = 3
 
@@ -57,6 +63,63 @@ def sync(
         )
     else:
         _tell(came, remote)
+    return STILL_OPEN if came.open else 0
+
+
+def pull(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME…]", help="Only these; else everything.")
+    ] = None,
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Take in what the shared graph on a SPARQL server knows: everything, or what is named."""
+    served = _served(workspace_dir, domain, answers)
+    return _exchanged(served.pull(names or (), everything=not names), json)
+
+
+def push(
+    answers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    ] = None,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Send what was learned here to the shared graph, if nothing that it rests on has changed."""
+    return _exchanged(_served(workspace_dir, domain, answers).push(), json)
+
+
+def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None) -> "Served":
+    from adaptbot_cli.session.building import Request, human_of
+    from adaptbot_cli.session.serving import Served
+
+    home = home_of(workspace_dir, domain)
+    note_ignored(home.workspace)
+    return Served.needed(home, human_of(Request("", "", answers=answers), terminal()))
+
+
+def _exchanged(came: "Exchange", json: bool) -> int:
+    from adaptbot_cli.adapters.tables.words import count, said
+
+    for told in came.notes:
+        note(f"left out: {told}")
+    if json:
+        plain = {
+            name: {"added": len(delta.added), "removed": len(delta.removed)}
+            for name, delta in (("came", came.came), ("sent", came.sent))
+        }
+        print_json({**plain, "open": [plain_question(question) for question in came.open]})
+    elif came.open:
+        tell_conflicts(came.open, "adaptbot kg pull")
+    else:
+        sizes = [len(delta.added) + len(delta.removed) for delta in (came.came, came.sent)]
+        told = f"{count(sizes[0], 'fact')} came, {sizes[1]} sent"
+        console().print(said(f"✓ {told}" if any(sizes) else "✓ nothing new"))
     return STILL_OPEN if came.open else 0
 
 

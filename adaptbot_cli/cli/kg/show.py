@@ -81,9 +81,9 @@ def _called(graph: "Kg", name: str) -> "Shown":
     from adaptbot_cli.adapters.tables import pack, things
     from adaptbot_cli.core import describing, view
 
-    found = view.called(graph, name)
-    if found is not None:
-        thing = view.thing(graph, found)
+    found = graph.find(name)
+    if found:
+        thing = view.thing(graph, found[0])
         return thing.as_json(), lambda: things.one(graph, thing)
     kind = view.kind_called(graph, name)
     if kind is not None:
