@@ -33,6 +33,8 @@ _SIZE = f"""
       GRAPH ?graph {{ ?s ?p ?o . FILTER(!STRSTARTS(STR(?p), "{AB}")) }}
     }}"""
 
+_TYPE = term_of(RDF.type)
+
 T = TypeVar("T")
 
 MOST_VALUES = 5
@@ -54,6 +56,7 @@ class _Known:
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     keys: dict[tuple[object, ...], dict[object, list[URIRef]]] = field(default_factory=dict)
     unnamed: list[URIRef] | None = None
+    instances: dict[frozenset[Node], list[URIRef]] = field(default_factory=dict)
     tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
     alike: Spellings[Node] | None = None
     every: frozenset[str] | None = None
@@ -254,6 +257,11 @@ class Kg:
         found = self.engine.quads_for_pattern(term_of(subject), term_of(predicate), None, None)
         return sorted({node_of(quad.object) for quad in found}, key=str)
 
+    def named_in(self, value: Node) -> int:
+        """Return how many facts have a thing as their value now."""
+        self._line.settle()
+        return sum(1 for _ in self.engine.quads_for_pattern(None, None, term_of(value), None))
+
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
         if name not in self._known.names:
@@ -296,8 +304,7 @@ class Kg:
         for predicate in predicates:
             for quad in self.engine.quads_for_pattern(None, term_of(predicate), None, None):
                 if isinstance(quad.subject, pyoxigraph.NamedNode):
-                    value: Any = quad.object
-                    yield URIRef(quad.subject.value), getattr(value, "value", str(value))
+                    yield URIRef(quad.subject.value), _text(quad.object)
 
     def _alike(self, key: Callable[[str], object], wanted: object) -> tuple[URIRef, ...]:
         """The things of the domain's classes whose own names a function makes the same of."""
@@ -354,11 +361,15 @@ class Kg:
         """Return an entity's name, or the end of its IRI."""
         proper = self._known.proper
         if entity not in proper:
-            found = (
-                min(self.store.objects(entity, p), key=str, default=None) for p in self.named_by
-            )
-            proper[entity] = next((str(v) for v in found if v is not None), local(entity))
+            found = (min(self._texts(entity, p), default=None) for p in self.named_by)
+            proper[entity] = next((v for v in found if v is not None), local(entity))
         return proper[entity]
+
+    def _texts(self, entity: Node, predicate: URIRef) -> Iterator[str]:
+        """The values of a predicate as texts, without making terms of them."""
+        if isinstance(entity, URIRef):
+            found = self.engine.quads_for_pattern(term_of(entity), term_of(predicate), None, None)
+            yield from (_text(quad.object) for quad in found)
 
     def names(self) -> frozenset[str]:
         """Return the names of all things."""
@@ -403,10 +414,17 @@ class Kg:
 
     def instances(self, classes: Iterable[Node]) -> list[URIRef]:
         """Return the entities of some classes, sorted by IRI."""
-        wanted = set(classes)
-        kinds = [k.iri for k in self.domain.kinds.values() if not wanted.isdisjoint(k.supers)]
-        found = {s for kind in kinds for s in self.store.subjects(RDF.type, kind)}
-        return sorted(s for s in found if isinstance(s, URIRef))
+        wanted, known = frozenset(classes), self._known.instances
+        if wanted not in known:
+            kinds = [k.iri for k in self.domain.kinds.values() if not wanted.isdisjoint(k.supers)]
+            quads = (
+                quad
+                for kind in kinds
+                for quad in self.engine.quads_for_pattern(None, _TYPE, term_of(kind), None)
+            )
+            found = {q.subject.value for q in quads if isinstance(q.subject, pyoxigraph.NamedNode)}
+            known[wanted] = [URIRef(iri) for iri in sorted(found)]
+        return list(known[wanted])
 
     def delta(self, effect: Effect | None, bindings: Bindings) -> Delta:
         """Return what an effect would change now, without changing it."""
@@ -530,6 +548,10 @@ def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
     for solution in solutions:
         values = ((name, solution[name]) for name in names)
         yield {name: node_of(value) for name, value in values if value is not None}
+
+
+def _text(value: Any) -> str:
+    return str(getattr(value, "value", value))
 
 
 def _head(name: str) -> tuple[str, ...]:

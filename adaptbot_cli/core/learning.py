@@ -168,13 +168,13 @@ def places(kg: Kg, name: str, prop: Property) -> list[URIRef]:
 
 def _known_otherwise(kg: Kg, prop: Property) -> tuple[str, ...]:
     """Names of what is no place: no new place can be called so."""
-    others = kg.instances(kg.domain.kinds)
-    return tuple(kg.name(e) for e in others if not kg.is_a(e, [prop.range]))
+    fitting = set(kg.instances([prop.range]))
+    return tuple(kg.name(e) for e in kg.instances(kg.domain.kinds) if e not in fitting)
 
 
 def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
     """Places by how many things are kept there, so that the likely ones come first."""
-    counts: Mapping[URIRef, int] = {p: len(list(kg.facts.subjects(None, p))) for p in places}
+    counts: Mapping[URIRef, int] = {p: kg.named_in(p) for p in places}
     return sorted(places, key=lambda place: (-counts[place], place))
 
 

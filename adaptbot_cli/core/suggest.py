@@ -132,7 +132,7 @@ class Likely:
         known = entities if len(entities) <= MOST else ()
         self.words = {entity: _Words(kg.name(entity), scene.around) for entity in known}
         asked = dict.fromkeys(prop for kind in kinds for prop in kind.asks)
-        self.values = {prop: self._known(prop) for prop in asked}
+        self.values = {prop: self._known(prop) if known else {} for prop in asked}
 
     def _known(self, prop: URIRef) -> dict[Node, Node]:
         found = sorted(self.scene.kg.facts.triples((None, prop, None)), reverse=True)
