@@ -38,7 +38,7 @@ COMMANDS = {
     "kg stats": ["kg", "stats"],
     "kg query … LIMIT 1": ["kg", "query", "SELECT ?s WHERE { ?s ex:obj_name ?n } LIMIT 1"],
     "kg why NAME": ["kg", "why", "egg"],
-    "kg add": ["kg", "add", "leek", "--answers", "ANSWERS"],
+    "kg add": ["kg", "add", "leek", "--answers", "ANSWERS", "--yes"],
     "kg diff": ["kg", "diff"],
     "kg validate": ["kg", "validate"],
     "kg import": ["kg", "import", "GIVEN", "--yes"],
