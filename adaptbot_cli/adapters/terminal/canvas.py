@@ -78,31 +78,39 @@ def line(
     """
     if is_plain(console):
         return _plain_line(text, console, check)
-    from prompt_toolkit import PromptSession
-    from prompt_toolkit.styles import Style
-    from prompt_toolkit.validation import Validator
+    import questionary
 
-    def trouble(value: str) -> str:
-        return _KEYS_OF_A_LINE if value.strip() == "?" else check(value)
+    def valid(value: str) -> bool | str:
+        return (_KEYS_OF_A_LINE if value.strip() == "?" else check(value)) or True
 
-    class Checked(Validator):
-        def validate(self, document: Any) -> None:
-            from prompt_toolkit.validation import ValidationError
-
-            if wrong := trouble(document.text):
-                raise ValidationError(len(document.text), wrong)
-
-    session: PromptSession[str] = PromptSession(
-        [("class:qmark", "? "), ("class:question", f"{plain(text)} ")],
-        validator=Checked(),
+    prompt = questionary.text(
+        plain(text),
+        default=typed,
+        validate=valid,
         validate_while_typing=False,
         completer=completer,
-        style=Style.from_dict(STYLE),
+        style=questionary.Style(list(STYLE.items())),
         erase_when_done=True,
         **terminal(console),
     )
-    unread = None if follows else lambda: _forget_typed(session.input)
-    return session.prompt(default=typed, pre_run=unread).strip()
+    _stop_on_signal(prompt.application)
+    unread = None if follows else lambda: _forget_typed(prompt.application.input)
+    return str(prompt.application.run(pre_run=unread)).strip()
+
+
+def _stop_on_signal(application: Any) -> None:
+    """Let SIGINT do what the key does: prompt_toolkit takes the signal, questionary drops it."""
+    from prompt_toolkit.key_binding import KeyBindings, merge_key_bindings
+    from prompt_toolkit.keys import Keys
+
+    bindings = KeyBindings()
+
+    @bindings.add(Keys.SIGINT, eager=True)
+    def stop(event: Any) -> None:
+        event.app.exit(exception=KeyboardInterrupt, style="class:aborting")
+
+    own = application.key_bindings
+    application.key_bindings = merge_key_bindings([own, bindings] if own else [bindings])
 
 
 _KEYS_OF_A_LINE = "Enter: take it, Ctrl-U: clear, Tab: complete, Ctrl-C: stop"
