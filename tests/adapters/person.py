@@ -1,8 +1,11 @@
 """A person at a terminal is asked one thing, and what they say is written to standard output."""
 
 import json
+import os
 import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from rdflib import RDF, Literal, URIRef
@@ -136,7 +139,9 @@ LESSONS = (
 
 
 def main() -> None:
-    """Ask what the first argument names."""
+    """Ask what the first argument names, not before the file `HOLD` is there, if that is set."""
+    while "HOLD" in os.environ and not Path(os.environ["HOLD"]).exists():
+        time.sleep(0.02)
     human = TerminalHuman(Console(stderr=True), "ann", lambda: "2030-01-02T03:04:05+00:00")
     try:
         said = said_of(human, sys.argv[1])

@@ -89,10 +89,13 @@ def test_a_key_pressed_too_early_teaches_nothing(terminal: Terminal) -> None:
     assert terminal("existence").sees("ask me later").types(ENTER).ends() == LATER_SAID
 
 
-def test_what_was_typed_before_the_question_was_there_answers_nothing(terminal: Terminal) -> None:
-    asked = terminal("existence").types("n", "n").sees("ask me later")
+def test_what_was_typed_before_the_question_was_there_answers_nothing(
+    terminal: Terminal, tmp_path: Path
+) -> None:
+    asked = terminal("existence", HOLD=str(tmp_path / "go")).types("n", "n").sees("nn")
+    (tmp_path / "go").touch()
 
-    assert asked.types("y").ends() == by_ann(EXISTS)
+    assert asked.sees("ask me later").types("y").ends() == by_ann(EXISTS)
 
 
 def test_something_known_is_used_instead_this_time(terminal: Terminal) -> None:
