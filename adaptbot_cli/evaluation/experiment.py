@@ -1,32 +1,242 @@
 """An experiment: what it is run on, and the one way to run it."""
 
+import hashlib
+import json
+import multiprocessing
+import signal
 from collections import Counter
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
-from adaptbot_cli import __version__
+from adaptbot_cli import __version__, bounded
 from adaptbot_cli.adapters.planner.budget import SECONDS
 from adaptbot_cli.adapters.planner.prompts import Part, style_of
 from adaptbot_cli.adapters.store.reading import read_files, read_graphs
+from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.tutor import Policy
-from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation import figures
-from adaptbot_cli.evaluation.paper import paper_figures
-from adaptbot_cli.evaluation.planting import plant
+from adaptbot_cli.errors import AdaptbotError, UsageError
+from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.published import Series
 from adaptbot_cli.evaluation.recordings import ARMS, Row, row_of
-from adaptbot_cli.evaluation.results import Results, digest
-from adaptbot_cli.evaluation.running import Chain, chains, run, workers
-from adaptbot_cli.evaluation.trials import Basis, Rules, first_answer
+from adaptbot_cli.evaluation.trial import Basis, Rules, first_answer, perform, plant
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 
 Json = dict[str, Any]
+
+FORMAT = 1
+
+
+def digest(settings: Json, contents: Iterable[bytes]) -> str:
+    """Return what makes two experiments the same one: settings and the contents of the inputs."""
+    found = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    for content in contents:
+        found.update(hashlib.sha256(content).digest())
+    return found.hexdigest()[:16]
+
+
+@dataclass(slots=True)
+class Results:
+    """Trials on disk, one a line after a header; `done` are those there, by task and arm."""
+
+    path: Path
+    key: str
+    done: dict[tuple[str, str], Json] = field(default_factory=dict)
+    _file: TextIO | None = None
+
+    @property
+    def answers(self) -> Path:
+        """Where the answers of a live model are kept, unless they have a file of their own."""
+        return self.path.with_name(f"{self.path.name}.answers")
+
+    def start(self) -> None:
+        """Read what is there and open the file to go on.
+
+        Raises:
+            UsageError: the file belongs to another experiment, is damaged or cannot be written.
+        """
+        if self.path.exists() and not self.path.is_file():
+            raise UsageError(f"cannot use {self.path} for results: it is no file")
+        try:
+            kept = self._read() if self.path.exists() else []
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            whole = self.path.with_name(f"{self.path.name}.new")
+            lines = [{"adaptbot_eval": FORMAT, "key": self.key}, *kept]
+            whole.write_text("".join(map(_line, lines)), encoding="utf-8")
+            whole.replace(self.path)
+            self._file = self.path.open("a", encoding="utf-8")
+        except OSError as error:
+            raise UsageError(f"cannot use {self.path} for results: {error.strerror}") from error
+
+    def add(self, trial: Json) -> None:
+        """Write a trial that has ended."""
+        self.done[trial["id"], trial["arm"]] = trial
+        self._write({"trial": trial})
+
+    def close(self, keep: bool) -> None:
+        """Close the file; remove it unless it is to be kept."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        if not keep:
+            self.path.unlink(missing_ok=True)
+            self.answers.unlink(missing_ok=True)
+
+    def _write(self, line: Json) -> None:
+        if self._file is not None:
+            self._file.write(_line(line))
+            self._file.flush()
+
+    def _read(self) -> list[Json]:
+        lines = bounded.read_text(self.path, bounded.GRAPH, UsageError).splitlines()
+        found: list[Json] = []
+        for number, line in enumerate(lines, start=1):
+            try:
+                name = f"{self.path}, line {number}: this"
+                found.append(bounded.parse_json(line, name, UsageError))
+            except UsageError:
+                if number == len(lines):
+                    break  # it was being written when the run ended: that trial is run again
+                raise
+        header = found[0] if found and isinstance(found[0], dict) else {}
+        if lines and header.get("adaptbot_eval") != FORMAT:
+            raise UsageError(f"{self.path} holds no results of `adaptbot eval`; name another file")
+        if lines and header.get("key") != self.key:
+            raise UsageError(
+                f"{self.path} holds the results of another experiment (other settings, inputs or "
+                "version); name another file, or delete it"
+            )
+        for told in found[1:]:
+            if "trial" in told:
+                self.done[told["trial"]["id"], told["trial"]["arm"]] = told["trial"]
+        return found[1:]
+
+
+def _line(told: Json) -> str:
+    return json.dumps(told, ensure_ascii=False) + "\n"
+
+
+Key = tuple[str, str]
+Lessons = tuple[Lesson, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Trials that follow each other, as what one has learned is known in the next."""
+
+    rows: tuple[Row, ...]
+    arm: str
+
+    @property
+    def keys(self) -> list[Key]:
+        """The task and arm of each trial."""
+        return [(row.id, self.arm) for row in self.rows]
+
+
+def chains(rows: Sequence[Row], arms: Sequence[str], cumulative: bool) -> list[Chain]:
+    """Return the trials of an experiment: each on its own, or knowledge carried over."""
+    if not cumulative:
+        return [Chain((row,), arm) for row in rows for arm in arms]
+    found: list[Chain] = []
+    for series in dict.fromkeys(row.series for row in rows):
+        those = sorted((r for r in rows if r.series == series), key=lambda row: row.index)
+        for arm in arms:
+            # Only the arm with a person learns: the trials of the others are on their own.
+            split = [tuple(those)] if "human" in arm else [(row,) for row in those]
+            found += [Chain(part, arm) for part in split]
+    return found
+
+
+def run(
+    todo: Sequence[Chain], world: Basis, rules: Rules, pool: ProcessPoolExecutor | None = None
+) -> Iterator[Trial]:
+    """Run chains of trials, in a pool if there is one; yields each trial as it ends."""
+    if pool is not None:
+        yield from _in_pool(todo, pool)
+        return
+    for chain in todo:
+        carried: Lessons = ()
+        for row in chain.rows:
+            trial, lessons = perform(row, chain.arm, world, rules, carried)
+            carried = (*carried, *lessons)
+            yield trial
+
+
+@contextmanager
+def workers(world: Basis, rules: Rules, jobs: int) -> Iterator[ProcessPoolExecutor | None]:
+    """Start processes that run trials, none for one job; stop them at once at the end.
+
+    They are forked where that is possible, from a process that has no threads yet: so start them
+    before anything is drawn.
+    """
+    if jobs == 1:
+        yield None
+        return
+    forks = "fork" in multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("fork" if forks else "spawn")
+    pool = ProcessPoolExecutor(jobs, context, initializer=_start, initargs=(world, rules))
+    try:
+        pool.submit(_ready).result()
+        yield pool
+        pool.shutdown()
+    except BrokenProcessPool as error:
+        raise AdaptbotError("a process that ran trials has died; try --jobs 1") from error
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            process.terminate()  # nobody waits for what still runs
+            process.join(timeout=5)
+
+
+def _in_pool(todo: Sequence[Chain], pool: ProcessPoolExecutor) -> Iterator[Trial]:
+    at: dict[Future[tuple[Trial, Lessons]], tuple[Chain, int, Lessons]] = {}
+
+    def submit(chain: Chain, place: int, carried: Lessons) -> None:
+        at[pool.submit(_perform, chain.rows[place], chain.arm, carried)] = (chain, place, carried)
+
+    for chain in sorted(todo, key=lambda chain: -len(chain.rows)):
+        submit(chain, 0, ())
+    while at:
+        for future in wait(at, return_when=FIRST_COMPLETED).done:
+            chain, place, carried = at.pop(future)
+            trial, lessons = future.result()
+            if place + 1 < len(chain.rows):
+                submit(chain, place + 1, (*carried, *lessons))
+            yield trial
+
+
+_performer: Callable[[Row, str, Lessons], tuple[Trial, Lessons]] | None = None
+"""What a process of the pool runs trials with: its graphs are loaded once."""
+
+
+def _start(world: Basis, rules: Rules) -> None:
+    global _performer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    _performer = partial(_with, world, rules)
+
+
+def _with(
+    world: Basis, rules: Rules, row: Row, arm: str, carried: Lessons
+) -> tuple[Trial, Lessons]:
+    return perform(row, arm, world, rules, carried)
+
+
+def _ready() -> None:
+    """Nothing to do: a process that answers has started."""
+
+
+def _perform(row: Row, arm: str, carried: Lessons) -> tuple[Trial, Lessons]:
+    if _performer is None:
+        raise RuntimeError("the process was not started with a world")
+    return _performer(row, arm, carried)
+
 
 _CODE = Path(__file__).parents[1]
 """The program itself: trials of another state of it are no part of the same experiment."""
@@ -285,17 +495,3 @@ def together(experiments: Sequence[Experiment]) -> Json:
     each = [experiment.settings() for experiment in experiments]
     lists = {name: [told[name] for told in each] for name in ("domain", "kg", "truth")}
     return {**each[0], **lists}
-
-
-def report(settings: Json, trials: Sequence[Json]) -> Json:
-    """Return everything that trials came to, as one object (docs/evaluation.md)."""
-    cumulative = bool(settings["cumulative"])
-    found = figures.groups(trials, cumulative)
-    for group in found:
-        group["paper"] = paper_figures(group["model"], group["domain"])
-    return {
-        "arms": figures.figures(trials, cumulative),
-        "groups": found,
-        "settings": settings,
-        "trials": list(trials),
-    }

@@ -22,11 +22,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.evaluation.experiment import Experiment, Setting, prepare, report, together
-from adaptbot_cli.evaluation.figures import figures
+from adaptbot_cli.evaluation.experiment import (
+    Experiment,
+    Results,
+    Setting,
+    prepare,
+    report,
+    together,
+)
 from adaptbot_cli.evaluation.recordings import read_recordings
-from adaptbot_cli.evaluation.results import Results
-from adaptbot_cli.evaluation.tables import tables
+from adaptbot_cli.evaluation.report import figures, tables
 from adaptbot_cli.workspace import Workspace
 
 Json = dict[str, Any]

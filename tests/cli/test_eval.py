@@ -137,11 +137,20 @@ def test_live_with_the_library(used: Home) -> None:
 
 def test_live_with_a_server_of_ones_own(used: Home) -> None:
     path = used.write("tasks.txt", "make tea: tea\n")
+    kept = f"{path}.kept"
     with scripted_model('pick_up_obj("tea")') as model:
         ended = used.adaptbot(
             "eval", path, "--domain", "kitchen", "--model", "openai/scripted",
-            "--api-base", model.url, "--replans", "0", "--json", OPENAI_API_KEY="none",
+            "--api-base", model.url, "--replans", "0", "--json", "--answers", kept,
+            OPENAI_API_KEY="none",
         )  # fmt: skip
+        again = used.adaptbot(
+            "eval", path, "--domain", "kitchen", "--model", "openai/scripted", "--jobs", "1",
+            "--api-base", model.url, "--replans", "0", "--json", "--answers", kept,
+            "--arms", "llm", OPENAI_API_KEY="none",
+        )  # fmt: skip
+        assert len(model.prompts) == 1, "what was answered is not asked again"
+    assert again.json()["trials"][0]["answers"] == ['pick_up_obj("tea")']
     assert model.prompts and "tea" in model.prompts[0]
     assert {t["answers"][0] for t in ended.json()["trials"]} == {'pick_up_obj("tea")'}
     wrong = used.adaptbot("eval", path, "--model", "openai/x", "--api-base", "here")

@@ -9,7 +9,7 @@ import pytest
 from adaptbot_cli.adapters.store.reading import triples
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.evaluation.recordings import Row
-from adaptbot_cli.evaluation.trials import Basis
+from adaptbot_cli.evaluation.trial import Basis
 from tests.worlds import ATTRIBUTES, FILES, PREFIXES, STATES
 
 PEG = """

@@ -5,14 +5,15 @@ import pytest
 from rich.console import Console
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.comparing import (
+from adaptbot_cli.evaluation.compare import (
     Difference,
     compare,
+    contrast,
     only_in_one,
     other_settings,
     read_report,
+    verdict,
 )
-from adaptbot_cli.evaluation.contrast import contrast, verdict
 
 GOOD: dict[str, Any] = {
     "arm": "llm+kg",

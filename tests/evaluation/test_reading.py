@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.recordings import read_recordings
-from adaptbot_cli.evaluation.tasks import read_tasks
+from adaptbot_cli.evaluation.recordings import read_recordings, read_tasks
 
 TOLD: dict[str, Any] = {
     "id": "m/1",

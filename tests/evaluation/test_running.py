@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.experiment import Experiment, Setting, report
-from adaptbot_cli.evaluation.results import Results
-from adaptbot_cli.evaluation.trials import Rules
+from adaptbot_cli.evaluation.experiment import Experiment, Results, Setting
+from adaptbot_cli.evaluation.report import report
+from adaptbot_cli.evaluation.trial import Rules
 from tests.evaluation.shared import row, world
 from tests.evaluation.test_trials import GOOD, PEG
 

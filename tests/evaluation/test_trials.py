@@ -7,7 +7,7 @@ import pytest
 from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.evaluation.measures import Trial
-from adaptbot_cli.evaluation.trials import Basis, Rules, perform, task_of
+from adaptbot_cli.evaluation.trial import Basis, Rules, perform, task_of
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 from tests.evaluation.shared import row, world

@@ -12,8 +12,7 @@ from adaptbot_cli.cli.common import at_terminal, console
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from adaptbot_cli.evaluation.experiment import Experiment
-    from adaptbot_cli.evaluation.results import Results
+    from adaptbot_cli.evaluation.experiment import Experiment, Results
 
 Ended = Callable[[dict[str, Any]], None]
 
@@ -61,7 +60,7 @@ def _run(experiment: "Experiment", results: "Results") -> list[dict[str, Any]]:
 def _results(experiment: "Experiment", path: Path | None) -> "Results":
     from platformdirs import user_cache_path
 
-    from adaptbot_cli.evaluation.results import Results
+    from adaptbot_cli.evaluation.experiment import Results
 
     key = experiment.key()
     cache = user_cache_path("adaptbot", appauthor=False) / "eval" / f"{key}.jsonl"

@@ -94,7 +94,7 @@ def tell_graphs(settings: dict[str, Any], json: bool) -> None:
     if json:
         return  # the report says it
     from adaptbot_cli.core.visible import visible
-    from adaptbot_cli.evaluation.tables import graphs
+    from adaptbot_cli.evaluation.report import graphs
 
     for line in graphs(settings):
         typer.echo(visible(line), err=True)
@@ -111,11 +111,11 @@ def show(report: dict[str, Any], json: bool, plot: Path | None) -> None:
     if json:
         print_json(report)
         return
-    from adaptbot_cli.evaluation.charts import charts
-    from adaptbot_cli.evaluation.tables import tables
+    from adaptbot_cli.evaluation.plots import over_tasks
+    from adaptbot_cli.evaluation.report import tables
 
     out = console()
     out.print(tables(report))
-    out.print(charts(report))
+    out.print(over_tasks(report))
     if plot is not None:
         typer.echo(f"drawn: {plot}", err=True)

@@ -40,9 +40,10 @@ def published(
     Each model and domain starts from its own published graph; the simulated person knows the one
     that the authors' people left.
     """
-    from adaptbot_cli.evaluation.experiment import Setting, of_published, report, together
+    from adaptbot_cli.evaluation.experiment import Setting, of_published, together
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.published import read_published, write_recordings
+    from adaptbot_cli.evaluation.report import report
 
     check(plot)
     series = read_published(folder)

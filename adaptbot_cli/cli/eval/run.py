@@ -78,10 +78,10 @@ def run(
     """
     from adaptbot_cli.adapters.planner.budget import SECONDS
     from adaptbot_cli.adapters.planner.local import on_board
-    from adaptbot_cli.evaluation.experiment import Setting, prepare, report
+    from adaptbot_cli.evaluation.experiment import Setting, prepare
     from adaptbot_cli.evaluation.plots import check
-    from adaptbot_cli.evaluation.recordings import read_recordings
-    from adaptbot_cli.evaluation.tasks import read_tasks
+    from adaptbot_cli.evaluation.recordings import read_recordings, read_tasks
+    from adaptbot_cli.evaluation.report import report
 
     check(plot)
     home = workspace(workspace_dir)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -9,6 +10,9 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
+
+from rdflib import XSD, Literal
+from rdflib.term import Node
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.lexicon import WordNet
@@ -26,6 +30,7 @@ from adaptbot_cli.adapters.store.reading import load_kg, split
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.adapters.world.simulated import SimulatedHome
 from adaptbot_cli.core import teach
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
@@ -43,11 +48,48 @@ from adaptbot_cli.errors import ModelError, UsageError
 from adaptbot_cli.evaluation import measures
 from adaptbot_cli.evaluation.baseline import unaided
 from adaptbot_cli.evaluation.measures import Trial
-from adaptbot_cli.evaluation.planting import repaired
 from adaptbot_cli.evaluation.recordings import Row
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
 from adaptbot_cli.session.driving import Nowhere
+
+
+def plant(facts: Sequence[Triple], kg: Kg, share: float, seed: int) -> list[Triple]:
+    """Return facts with errors in a share of the places and of the attributes.
+
+    A wrong place is another one that something of the same class is kept in; an attribute of yes or
+    no is missing or the other way round, one as often as the other. The same seed plants the same.
+    """
+    chance = random.Random(f"planted {seed}")
+    locations = set(kg.domain.locations)
+    kept: dict[Node, set[Node]] = {}
+    for _, predicate, value in facts:
+        if predicate in locations:
+            kept.setdefault(predicate, set()).add(value)
+    hands = set(kg.instances(k.iri for k in kg.domain.kinds.values() if k.hand))
+    planted = []
+    for fact in sorted(facts):
+        subject, predicate, value = fact
+        places = sorted(kept.get(predicate, set()) - {value, subject} - hands, key=str)
+        known = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
+        wrong = chance.random() < share
+        if wrong and places:
+            planted.append((subject, predicate, chance.choice(places)))
+        elif wrong and known and known.graph != "state" and known.range == XSD.boolean:
+            flipped = Literal(not value.toPython())  # type: ignore[attr-defined]
+            planted += [(subject, predicate, flipped)] if chance.random() < 0.5 else []
+        else:
+            planted.append(fact)
+    return planted
+
+
+def repaired(result: Result, lost: frozenset[Triple]) -> tuple[int, int]:
+    """Return how many of the facts that errors took away were put right: by the person who told
+    them, and by what was seen of them."""
+    told = {fact for lesson in result.lessons for fact in lesson.delta.added}
+    surprise = result.outside.surprise if result.outside else Delta()
+    seen = {fact[:2] for fact in surprise.removed | surprise.added}
+    return len(lost & told), sum(fact[:2] in seen for fact in lost - told)
 
 
 @dataclass(frozen=True, slots=True)
