@@ -68,7 +68,7 @@ class AnswersHuman:
         told = self.answers.get(normal(question.about), {})
         keys = {question.kind, _prop(question), _listed(question)} - {""}
         self.asked.setdefault(normal(question.about), set()).update(keys)
-        value = _told(question, told)
+        value = _answer_for(question, told)
         if value is None and told and question.kind == "kind":
             raise self._unfit(question, "exists, but its kind is not told", "it can be")
         if value is None:
@@ -109,7 +109,7 @@ class AnswersHuman:
         return self.reviewer(lessons) if self.reviewer else True
 
 
-def _told(question: Question, told: dict[str, Any]) -> object:
+def _answer_for(question: Question, told: dict[str, Any]) -> object:
     """What a file tells of a question; of one that comes again and again, the next of a list.
 
     A new action is what the file makes of it.

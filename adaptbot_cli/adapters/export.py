@@ -176,17 +176,17 @@ def as_json(plan: GroundPlan) -> str:
                 "arguments": dict(step.arguments),
                 "call": step.call,
                 "inserted": step.inserted,
-                "conditions": [*map(_told, step.guards)],
+                "conditions": [*map(_guard_fields, step.guards)],
                 "expects": {"added": step.added, "removed": step.removed},
             }
             for step in plan.steps
         ],
-        "goal": [*map(_told, plan.goals)],
+        "goal": [*map(_guard_fields, plan.goals)],
     }
     return json.dumps(told, indent=2, ensure_ascii=False) + "\n"
 
 
-def _told(guard: Guard) -> dict[str, Any]:
+def _guard_fields(guard: Guard) -> dict[str, Any]:
     return {"ask": guard.ask, "given": dict(guard.given), "otherwise": guard.otherwise}
 
 

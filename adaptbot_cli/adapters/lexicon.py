@@ -77,7 +77,7 @@ class WordNet:
         return next(filter(None, found), [])
 
     @cached_property
-    def _reader(self) -> "_Reader":
+    def _reader(self) -> "_WordNetReader":
         return _open(self._folder)
 
 
@@ -99,7 +99,7 @@ class _Sense(NamedTuple):
     synset: _Synset
 
 
-class _Reader(Protocol):
+class _WordNetReader(Protocol):
     def senses(self, spelling: str) -> list[_Sense]: ...
 
 
@@ -229,7 +229,7 @@ _lemmas = lru_cache(maxsize=1)(_Lemmas)
 
 
 @lru_cache(maxsize=1)
-def _open(folder: Path) -> _Reader:
+def _open(folder: Path) -> _WordNetReader:
     """Open the files of a folder: once in a process, for half a second's work each time."""
     from nltk.corpus.reader.wordnet import WordNetCorpusReader  # type: ignore[import-untyped]
     from nltk.data import PathPointer  # type: ignore[import-untyped]
@@ -260,5 +260,5 @@ def _open(folder: Path) -> _Reader:
     # of allowed folders.
     PathPointer.register(_Files)
     # No multilingual data: None would say so, with a warning.
-    reader: _Reader = ShippedReader(files, omw_reader=False)
+    reader: _WordNetReader = ShippedReader(files, omw_reader=False)
     return reader

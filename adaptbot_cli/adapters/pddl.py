@@ -217,7 +217,7 @@ class _Pack:
                 if term.is_parameter_exp():  # what nobody has said of it becomes a question
                     of, prop = names[term.parameter().name], _predicate(formula.fluent())
                     what = f'ab:of "{of}" ; ab:attribute {prop} ; ab:value true'
-            told = _told(formula.args[0] if formula.is_not() else formula, names, shown)
+            told = _formula_text(formula.args[0] if formula.is_not() else formula, names, shown)
             told += " must not hold" if formula.is_not() else " must hold"
             found.append(f'        [ ab:order {order} ; {what} ;\n          ab:message "{told}" ]')
         return " ,\n".join(found)
@@ -350,7 +350,7 @@ def _atom(atom: Any, names: _Names, value: str = "") -> str:
     return f"{subject} {_predicate(atom.fluent())} {value or (terms[1:] or ['true'])[0]} ."
 
 
-def _told(formula: Any, names: _Names, shown: Callable[[str], str]) -> str:
+def _formula_text(formula: Any, names: _Names, shown: Callable[[str], str]) -> str:
     """A formula in words, its parameters as `shown` writes them."""
 
     def term(part: Any) -> str:
@@ -359,7 +359,7 @@ def _told(formula: Any, names: _Names, shown: Callable[[str], str]) -> str:
             normal(named.removeprefix("ex:").removeprefix("?")).replace("_", " "))  # fmt: skip
 
     def told(part: Any, inner: _Names = names) -> str:
-        return _told(part, inner, shown)
+        return _formula_text(part, inner, shown)
 
     if formula.is_fluent_exp():
         name = normal(formula.fluent().name).replace("_", " ")

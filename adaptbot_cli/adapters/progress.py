@@ -9,7 +9,7 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.core.progress import Event, Line, Progress
+from adaptbot_cli.core.progress import Event, Progress, ProgressLine
 from adaptbot_cli.core.visible import visible
 
 _COLOURS = ("cyan", "green", "yellow", "magenta", "blue", "bright_red", "bright_cyan")
@@ -63,7 +63,7 @@ def mermaid(progress: Progress) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _nodes(prefix: str, line: Line, calls: dict[int, str]) -> Iterator[str]:
+def _nodes(prefix: str, line: ProgressLine, calls: dict[int, str]) -> Iterator[str]:
     """The nodes of a thing's way: one for where it starts, one for each step it takes part in."""
     steps: dict[int, list[str]] = {}
     moved = set()
@@ -117,7 +117,7 @@ def _styles(progress: Progress) -> dict[str, str]:
     return {place: _COLOURS[number % len(_COLOURS)] for number, place in named}
 
 
-def _name(line: Line, styles: dict[str, str], longest: int) -> Text:
+def _name(line: ProgressLine, styles: dict[str, str], longest: int) -> Text:
     """A thing's name; one that is a place has its colour."""
     name = visible(line.name)
     text = Text(name, f"bold {styles.get(name, '')}".strip())
@@ -138,7 +138,7 @@ def _chart(progress: Progress, names: int, grid: _Columns) -> Table:
     return table
 
 
-def _bar(line: Line, progress: Progress, styles: dict[str, str], grid: _Columns) -> Text:
+def _bar(line: ProgressLine, progress: Progress, styles: dict[str, str], grid: _Columns) -> Text:
     bar = Text()
     for span in _spans(line, progress):
         bar.append(" " * (grid.x(span.start) - bar.cell_len))
@@ -154,7 +154,7 @@ def _bar(line: Line, progress: Progress, styles: dict[str, str], grid: _Columns)
     return bar
 
 
-def _marks(line: Line, progress: Progress, grid: _Columns) -> list[Text]:
+def _marks(line: ProgressLine, progress: Progress, grid: _Columns) -> list[Text]:
     """What happened on the way, each below its step, on as few rows as they fit on."""
     at = _columns(progress)
     end = grid.x(len(at) + 1)
@@ -216,7 +216,7 @@ def _way(stations: Iterable[Text], room: int) -> Text:
     return Text("\n").join([*rows, Text()])
 
 
-def _stations(line: Line, progress: Progress, styles: dict[str, str]) -> Iterator[Text]:
+def _stations(line: ProgressLine, progress: Progress, styles: dict[str, str]) -> Iterator[Text]:
     """Where a thing starts, and each step that does something to it but lifting it."""
     start = visible(line.start)
     if start:
@@ -250,7 +250,7 @@ def _columns(progress: Progress) -> dict[int, int]:
     return {number: at for at, (number, _) in enumerate(progress.steps, start=1)}
 
 
-def _spans(line: Line, progress: Progress) -> Iterator[_Span]:
+def _spans(line: ProgressLine, progress: Progress) -> Iterator[_Span]:
     """Give the stays of a thing in order; a place that is not known gives none."""
     at = _columns(progress)
     place, start = line.start, 0

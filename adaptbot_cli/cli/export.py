@@ -17,7 +17,7 @@ from adaptbot_cli.cli.common import (
 from adaptbot_cli.cli.run import FINDINGS
 
 
-class Form(StrEnum):
+class ExportFormat(StrEnum):
     """What a plan can be written as."""
 
     json = "json"
@@ -35,11 +35,11 @@ def export(
         ),
     ] = "",
     form: Annotated[
-        Form,
+        ExportFormat,
         typer.Option(
             "--as", help="JSON, a VirtualHome script, a PDDL plan, or a BehaviorTree.CPP 4 tree."
         ),
-    ] = Form.json,
+    ] = ExportFormat.json,
     task: Annotated[
         str, typer.Option(metavar="TEXT", help="The task of a plan, for its items and goal.")
     ] = "",

@@ -15,7 +15,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
-from adaptbot_cli.cli.kg.sharing import plain_question, tell_conflicts
+from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.pending import Pending, Sitting
@@ -52,11 +52,11 @@ def pending(
     if found.pending:
         out.print(listing(found.pending))
     if conflicts:
-        tell_conflicts(conflicts, f"adaptbot kg sync {remote}")
-    _tell(found)
+        show_conflicts(conflicts, f"adaptbot kg sync {remote}")
+    _show(found)
 
 
-def _tell(found: "Open") -> None:
+def _show(found: "Open") -> None:
     """Say how much waits, here and in other domains, and how to answer it."""
     from rich.text import Text
 
@@ -107,7 +107,7 @@ def answer_pending(
         raise UsageError("nobody is at a terminal to answer; give --answers FILE")
     found = find_open(home, domain_name(domain, home))
     if not found.pending:
-        print_json({"learned": [], "tasks": [], "still": []}) if json else _tell(found)
+        print_json({"learned": [], "tasks": [], "still": []}) if json else _show(found)
         return 0
     request = Request("", found.kg.domain.name, answers=answers)
     screen = SittingScreen(console(stderr=json))

@@ -203,7 +203,7 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
         else:
             session.screen.finish(result, result.revision)
             if not request.dry_run:
-                _tell_where(screen, session, home.root)
+                _show_where(screen, session, home.root)
         if session.stopped:
             _note(screen, f"stopped; to go on from here: adaptbot resume{_named(session, home)}")
         for sentence in session.unused():
@@ -235,7 +235,7 @@ def _named(session: "Session", home: "Workspace") -> str:
     return "" if path is None or path.parent == home.transcripts else f" {path}"
 
 
-def _tell_where(screen: "Console", session: "Session", root: Path) -> None:
+def _show_where(screen: "Console", session: "Session", root: Path) -> None:
     """Say where the knowledge is kept, and whether the state was kept too."""
     from rich.text import Text
 

@@ -36,16 +36,16 @@ def runs(
 
 
 def _table(found: Any) -> Any:
-    from adaptbot_cli.adapters.display.words import columns, said
+    from adaptbot_cli.adapters.display.words import columns, plain_text
 
     table = columns(None, None, None, None)
     table.columns[0].no_wrap = True
     for run in found:
         style = "green" if run.goal_met else "" if run.outcome else "yellow"
         table.add_row(
-            said(run.id.partition("-")[0], "dim"),
-            said(run.task),
-            said(run.planner, "dim"),
-            said(run.told, style),
+            plain_text(run.id.partition("-")[0], "dim"),
+            plain_text(run.task),
+            plain_text(run.planner, "dim"),
+            plain_text(run.told, style),
         )
     return table

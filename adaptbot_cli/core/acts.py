@@ -120,12 +120,12 @@ def _keep(run: Run, acting: Acting, delta: Delta, surprise: Delta) -> Generator[
         acting.surprises.append(surprise)
         yield Surprised(surprise)
     if delta:
-        step = f"{len(acting.acts)}. {told(acting.acts[-1])}" if acting.acts else ""
+        step = f"{len(acting.acts)}. {describe(acting.acts[-1])}" if acting.acts else ""
         kept: Kept = yield Believe(run.task, delta, step)
         run.revision = kept.revision or run.revision
 
 
-def told(act: Acted) -> str:
+def describe(act: Acted) -> str:
     """Format an attempted step: its call, and why it failed."""
     call = act.step.call.render()
     return f"{call} failed: {act.failed}" if act.failed else call

@@ -18,7 +18,7 @@ Sign = Literal["added", "removed", "changed"]
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class PackEntry:
     """An entry of the domain, actions or tasks file that is not made of single facts."""
 
     sign: Sign
@@ -31,14 +31,14 @@ class Changes:
     """What one version says that another does not: single facts, and entries as a whole."""
 
     delta: Delta = field(default_factory=Delta)
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[PackEntry, ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.delta or self.entries)
 
 
 @dataclass(frozen=True, slots=True)
-class Edit:
+class ValueChange:
     """A predicate's value that was added (no `old`), removed (no `new`) or changed."""
 
     predicate: Node
@@ -58,7 +58,7 @@ class Edited:
     """A thing and what changed about it."""
 
     entity: Node
-    edits: tuple[Edit, ...]
+    edits: tuple[ValueChange, ...]
 
     @property
     def sign(self) -> Sign:
@@ -78,17 +78,19 @@ def grouped(delta: Delta, words: "Words") -> list[Edited]:
     return [Edited(entity, tuple(_edits(about[entity], words))) for entity in entities]
 
 
-def _edits(sides: Mapping[Node, tuple[list[Node], list[Node]]], words: "Words") -> Iterable[Edit]:
+def _edits(
+    sides: Mapping[Node, tuple[list[Node], list[Node]]], words: "Words"
+) -> Iterable[ValueChange]:
     for predicate in sorted(sides, key=words.order):
         removed, added = sides[predicate]
         if len(removed) == len(added) == 1:
-            yield Edit(predicate, removed[0], added[0])
+            yield ValueChange(predicate, removed[0], added[0])
             continue
-        yield from (Edit(predicate, old=value) for value in removed)
-        yield from (Edit(predicate, new=value) for value in added)
+        yield from (ValueChange(predicate, old=value) for value in removed)
+        yield from (ValueChange(predicate, new=value) for value in added)
 
 
-def told(delta: Delta, words: "Words") -> list[Edited]:
+def by_thing(delta: Delta, words: "Words") -> list[Edited]:
     """Group a change as people read it: the parts of an action with the action, and its effect in
     the words that explain it."""
     things = grouped(delta, words)

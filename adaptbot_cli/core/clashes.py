@@ -26,7 +26,7 @@ def contradicted(lesson: Lesson, scene: Scene) -> tuple[Triple, ...]:
     found = set(lesson.delta.removed)
     for fact in lesson.delta.added:
         found |= set(_excluded_by(fact, scene)) | set(_excluding(fact, scene))
-        found |= set(_said_absent(fact, lesson, scene))
+        found |= set(_stated_absent(fact, lesson, scene))
     return tuple(sorted(found - lesson.delta.added))
 
 
@@ -72,7 +72,7 @@ def _excluding(fact: Triple, scene: Scene) -> list[Triple]:
     ]
 
 
-def _said_absent(fact: Triple, lesson: Lesson, scene: Scene) -> list[Triple]:
+def _stated_absent(fact: Triple, lesson: Lesson, scene: Scene) -> list[Triple]:
     if fact[1] != RDF.type or lesson.action is not None:
         return []
     absent = (scene.domain.iri, AB.absentItem, Literal(normal(lesson.question.about)))

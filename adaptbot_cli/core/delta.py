@@ -40,7 +40,7 @@ _UNSURE = -1
 
 
 @dataclass(slots=True)
-class Line:
+class UndoLog:
     """A line of changes, and how much of it is written.
 
     The same changes made from the same state lead to the same state, which bears the same number:

@@ -36,7 +36,7 @@ class Property:
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class InitialState:
     """A state that a new entity starts in, if the attribute `when` is true or none is named."""
 
     prop: URIRef
@@ -59,7 +59,7 @@ class Kind:
     location_property: URIRef | None
     order: int | None
     asks: tuple[URIRef, ...]
-    starts: tuple[Start, ...]
+    starts: tuple[InitialState, ...]
     prompted: bool = False
     hand: bool = False
 

@@ -30,14 +30,14 @@ class Edit:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class EditableCall:
     """A call of a plan that can be edited, with the number that its step has in the report."""
 
     number: int
     call: Call
 
 
-def lines(report: Report) -> list[Line]:
+def lines(report: Report) -> list[EditableCall]:
     """Return the calls that a plan writes, each as it is written, with the numbers of their steps.
 
     A call that stands for several is those several. Inserted steps are not among them: a check
@@ -48,7 +48,9 @@ def lines(report: Report) -> list[Line]:
     for number, step in numbered:
         alone = sum(other.place == step.place for _, other in numbered) == 1
         written = alone and step.place is not None
-        found.append(Line(number, report.written[step.place or 0].call if written else step.call))
+        found.append(
+            EditableCall(number, report.written[step.place or 0].call if written else step.call)
+        )
     return found
 
 
@@ -85,7 +87,7 @@ def called(text: str, parse: Callable[[str], Parsed]) -> list[Call]:
     return [written.call for written in parsed.calls]
 
 
-def _index(number: int, there: list[Line]) -> int:
+def _index(number: int, there: list[EditableCall]) -> int:
     for n, line in enumerate(there):
         if line.number == number:
             return n
@@ -93,7 +95,7 @@ def _index(number: int, there: list[Line]) -> int:
     raise UsageError(f"step {number} cannot be edited; the steps that the plan writes are {told}")
 
 
-def _before(number: int, there: list[Line], report: Report) -> int:
+def _before(number: int, there: list[EditableCall], report: Report) -> int:
     """Where in the plan's calls something goes that is to stand before a step of the report."""
     if not 1 <= number <= len(report.steps) + 1:
         raise UsageError(f"there is no step {number} to put anything before")

@@ -243,7 +243,7 @@ def _fault(kg: Kg, about: Node, problem: str, remedy: str, facts: Iterable[Tripl
 def _of(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
     """The faults of one thing, from all its facts."""
     if all(predicate in FACT_TERMS for _, predicate, _ in known):
-        yield from _of_what_people_said(kg, known)
+        yield from _alias_faults(kg, known)
         return
     types = [value for _, predicate, value in known if predicate == RDF.type]
     if types:
@@ -259,7 +259,7 @@ def _of(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
     yield from _inside_itself(kg, about)
 
 
-def _of_what_people_said(kg: Kg, known: Facts) -> Iterator[Fault]:
+def _alias_faults(kg: Kg, known: Facts) -> Iterator[Fault]:
     """Other names of what is not there; what is absent is said of the domain."""
     actions = {action.iri for action in kg.domain.actions.values()}
     for triple in known:

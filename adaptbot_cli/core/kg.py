@@ -11,7 +11,7 @@ from rdflib import RDF, RDFS, URIRef, Variable
 from rdflib.term import Node
 
 from adaptbot_cli.core.clock import within
-from adaptbot_cli.core.delta import Delta, Line
+from adaptbot_cli.core.delta import Delta, UndoLog
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
 from adaptbot_cli.core.names import Spellings, folded, variants, without_s, words
 from adaptbot_cli.core.sparql import is_plain, variables
@@ -115,7 +115,7 @@ class Kg:
     strays: frozenset[Triple] = frozenset()
     store: Facts = field(init=False)
     _known: _Known = field(default_factory=_Known)
-    _line: Line = field(init=False)
+    _line: UndoLog = field(init=False)
     _depth: int = 0
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
@@ -123,7 +123,7 @@ class Kg:
     _index: ActionIndex | None = None
 
     def __post_init__(self) -> None:
-        self._line = Line(self._write)
+        self._line = UndoLog(self._write)
         self.store = Facts(self.engine)
 
     @property

@@ -162,7 +162,7 @@ def question(conflict: Conflict, kg: Kg, sources: tuple[str, str]) -> Question:
     """Return the question which of two answers stands; `sources` say who gave each."""
     about, label = kg.name(conflict.about), "which"
     prop = kg.domain.properties.get(conflict.prop)  # type: ignore[call-overload]
-    sides = [_said(facts, conflict, kg) for facts in (conflict.ours, conflict.theirs)]
+    sides = [_origin_text(facts, conflict, kg) for facts in (conflict.ours, conflict.theirs)]
     plain = f'"{about.replace("_", " ")}"'
     text = f"What holds of {plain}?"
     if prop is not None:
@@ -194,7 +194,7 @@ def side_of(answer: Answer, asked: Question) -> Side | None:
     return dict(zip(values, sides, strict=True)).get(answer.value)
 
 
-def _said(facts: Facts, conflict: Conflict, kg: Kg) -> str:
+def _origin_text(facts: Facts, conflict: Conflict, kg: Kg) -> str:
     """What one side says, in words."""
     if conflict.prop is not None:
         mine = [value for _, p, value in sorted(facts) if p == conflict.prop]

@@ -33,7 +33,7 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ProgressLine:
     """A thing's way: where it was at first ("" if that is not known), and what happened to it.
 
     `kind` is its class in a word; `required` tells whether the task requires it.
@@ -59,7 +59,7 @@ class Progress:
     task: str
     domain: str
     steps: tuple[tuple[int, str], ...]
-    lines: tuple[Line, ...]
+    lines: tuple[ProgressLine, ...]
     executed: bool
     stopped: str = ""
     hands: frozenset[str] = frozenset()
@@ -250,7 +250,7 @@ class _Trace:
     def _add(self, thing: Node, event: Event) -> None:
         self.events.setdefault(thing, []).append(event)
 
-    def lines(self, required: Sequence[str]) -> tuple[Line, ...]:
+    def lines(self, required: Sequence[str]) -> tuple[ProgressLine, ...]:
         """The lines of all things that moved, changed or were used; the required ones first."""
         wanted = {normal(name) for name in required}
         aside = {*self.hands, self.kg.domain.agent}
@@ -269,8 +269,8 @@ class _Trace:
         name = self.kg.name(thing)
         return (normal(name) not in wanted, order, self.events[thing][0].step, name)
 
-    def _line(self, thing: Node, wanted: set[str]) -> Line:
+    def _line(self, thing: Node, wanted: set[str]) -> ProgressLine:
         name, start = self.kg.name(thing), self.starts.get(thing)
         place = self.kg.name(start) if start is not None else ""
         kind = self.kg.kind_label(thing)
-        return Line(name, kind, normal(name) in wanted, place, tuple(self.events[thing]))
+        return ProgressLine(name, kind, normal(name) in wanted, place, tuple(self.events[thing]))

@@ -48,7 +48,7 @@ class Reading:
     @property
     def meant(self) -> str:
         """The tasks in words."""
-        return "; then ".join(map(told, self.tasks)) or "nothing to do"
+        return "; then ".join(map(describe, self.tasks)) or "nothing to do"
 
     @property
     def line(self) -> str:
@@ -65,7 +65,7 @@ class Reading:
         return replace(self, tasks=tasks, unread=(), guesses=())
 
 
-def told(task: Task) -> str:
+def describe(task: Task) -> str:
     """Return a task in words: its name, what it is made with and without, how many."""
     parts = [task.name.replace("_", " ") or "a plan"]
     parts += [f"x{task.amount}"] if task.amount > 1 else []

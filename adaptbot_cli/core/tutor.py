@@ -184,9 +184,9 @@ def _tutor(run: Run, limit: int) -> Ended:
     tries = 0
     while True:
         report, tries = yield from _replan(run, report, tries, limit)
-        told = _said(still_open(run, report))
+        told = _keys(still_open(run, report))
         report = yield from ask(run, report)
-        if tries >= limit or run.stopped or not _said(still_open(run, report)) - told:
+        if tries >= limit or run.stopped or not _keys(still_open(run, report)) - told:
             break  # else the answers brought up what a new plan could mend
     report = yield from set_aside(run, report)
     report = yield from mend(run, report)
@@ -356,7 +356,7 @@ def _replan(
             report = guarded(report, lost)
             continue
         new = yield from look_at(run, text)
-        same = run.policy == "tutor" and _said(still_open(run, new)) == _said(findings)
+        same = run.policy == "tutor" and _keys(still_open(run, new)) == _keys(findings)
         report = new
         best = min(best, report, key=_short_of_goal)
         if same:
@@ -371,7 +371,7 @@ def _short_of_goal(report: Report) -> tuple[bool, int, int]:
     return not report.live, len(report.blocking), len(report.open)
 
 
-def _said(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
+def _keys(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
     return {(finding.code, finding.message) for finding in findings}
 
 

@@ -7,7 +7,7 @@ from rdflib import RDF
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.domain import Domain, Start
+from adaptbot_cli.core.domain import Domain, InitialState
 from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, TRUE, Triple
 
 
@@ -69,7 +69,7 @@ def _following(triple: Triple, gone: set[Triple], known: Known) -> set[Triple]:
     return set()
 
 
-def _brought(subject: Node, predicate: Node, known: Known) -> Iterable[Start]:
+def _brought(subject: Node, predicate: Node, known: Known) -> Iterable[InitialState]:
     for _, _, kind in known.about(subject, RDF.type):
         declared = known.domain.kinds.get(kind)  # type: ignore[call-overload]
         for start in declared.starts if declared else ():

@@ -24,7 +24,7 @@ from adaptbot_cli.core.tutor import Policy
 from adaptbot_cli.errors import AdaptbotError, UsageError
 from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.published import Series
-from adaptbot_cli.evaluation.recordings import ARMS, Row, row_of
+from adaptbot_cli.evaluation.recordings import ARMS, Recording, row_of
 from adaptbot_cli.evaluation.trial import Basis, Rules, first_answer, perform, plant
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
@@ -131,7 +131,7 @@ Lessons = tuple[Lesson, ...]
 class Chain:
     """Trials that follow each other, as what one has learned is known in the next."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[Recording, ...]
     arm: str
 
     @property
@@ -140,7 +140,7 @@ class Chain:
         return [(row.id, self.arm) for row in self.rows]
 
 
-def chains(rows: Sequence[Row], arms: Sequence[str], cumulative: bool) -> list[Chain]:
+def chains(rows: Sequence[Recording], arms: Sequence[str], cumulative: bool) -> list[Chain]:
     """Return the trials of an experiment: each on its own, or knowledge carried over."""
     if not cumulative:
         return [Chain((row,), arm) for row in rows for arm in arms]
@@ -212,7 +212,7 @@ def _in_pool(todo: Sequence[Chain], pool: ProcessPoolExecutor) -> Iterator[Trial
             yield trial
 
 
-_performer: Callable[[Row, str, Lessons], tuple[Trial, Lessons]] | None = None
+_performer: Callable[[Recording, str, Lessons], tuple[Trial, Lessons]] | None = None
 """What a process of the pool runs trials with: its graphs are loaded once."""
 
 
@@ -223,7 +223,7 @@ def _start(world: Basis, rules: Rules) -> None:
 
 
 def _with(
-    world: Basis, rules: Rules, row: Row, arm: str, carried: Lessons
+    world: Basis, rules: Rules, row: Recording, arm: str, carried: Lessons
 ) -> tuple[Trial, Lessons]:
     return perform(row, arm, world, rules, carried)
 
@@ -232,7 +232,7 @@ def _ready() -> None:
     """Nothing to do: a process that answers has started."""
 
 
-def _perform(row: Row, arm: str, carried: Lessons) -> tuple[Trial, Lessons]:
+def _perform(row: Recording, arm: str, carried: Lessons) -> tuple[Trial, Lessons]:
     if _performer is None:
         raise RuntimeError("the process was not started with a world")
     return _performer(row, arm, carried)
@@ -304,7 +304,7 @@ class Experiment:
     """Rows, a world and rules, ready to run; `skipped` counts the rows of other domains."""
 
     setting: Setting
-    rows: list[Row]
+    rows: list[Recording]
     world: Basis
     rules: Rules
     skipped: Counter[str] = field(default_factory=Counter)
@@ -382,7 +382,7 @@ class Experiment:
         return all(key in results.done for key in chain.keys)
 
 
-def prepare(setting: Setting, rows: Sequence[Row], workspace: Workspace) -> Experiment:
+def prepare(setting: Setting, rows: Sequence[Recording], workspace: Workspace) -> Experiment:
     """Choose the rows and load what trials start from.
 
     Raises:
@@ -461,7 +461,7 @@ def _domain_called(name: str, workspace: Workspace) -> str:
     raise UsageError(f'no domain is called "{name}": give one this name, as ab:alias in domain.ttl')
 
 
-def _of_domain(rows: Sequence[Row], world: Basis) -> tuple[list[Row], Counter[str]]:
+def _of_domain(rows: Sequence[Recording], world: Basis) -> tuple[list[Recording], Counter[str]]:
     """The rows that are of the world's domain, and how many are of each other one."""
     names = {"", *_names(world)}
     if not any(row.domain in names for row in rows):
@@ -480,7 +480,7 @@ def _names_in_bundle(domain: str) -> set[str]:
     return _names(Basis(read_files(folder), domain)) if folder.is_dir() else set()
 
 
-def _nothing_left(setting: Setting, rows: Sequence[Row], ours: Sequence[Row]) -> str:
+def _nothing_left(setting: Setting, rows: Sequence[Recording], ours: Sequence[Recording]) -> str:
     if ours:
         return f'no recording\'s id matches "{setting.select}"; the first is "{ours[0].id}"'
     found = ", ".join(sorted({row.domain for row in rows}))

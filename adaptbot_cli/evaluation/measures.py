@@ -77,7 +77,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class ItemCounts:
     """What a result says of the task's required items.
 
     `used` are those that a step which succeeded names; `worked` those that such a step did more
@@ -89,7 +89,7 @@ class Seen:
     lost: tuple[str, ...]
 
 
-def seen(result: Result, required: Iterable[str], told: Iterable[Finding], kg: Kg) -> Seen:
+def seen(result: Result, required: Iterable[str], told: Iterable[Finding], kg: Kg) -> ItemCounts:
     """Look at what became of the required items; `told` are the findings that the arm reports."""
     steps = list(_succeeded(result.report))
     wanted = tuple(required)
@@ -109,7 +109,7 @@ def seen(result: Result, required: Iterable[str], told: Iterable[Finding], kg: K
         for name in wanted
         if normal(name) not in reported | names and not things & set(kg.find(name))
     )
-    return Seen(used, tuple(name for name in wanted if worked & set(kg.find(name))), lost)
+    return ItemCounts(used, tuple(name for name in wanted if worked & set(kg.find(name))), lost)
 
 
 def _succeeded(report: Report) -> Iterator[tuple[Bound, Delta]]:

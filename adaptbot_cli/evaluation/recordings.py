@@ -13,7 +13,7 @@ ARMS = ("llm", "llm+kg", "llm+kg+human")
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Recording:
     """One task: what was asked, what it needs, and what a model answered.
 
     `answers` holds, for each arm, the answers in the order given: the first is the same for all,
@@ -40,7 +40,7 @@ class Row:
         return self.answers.get(arm) or next(iter(self.answers.values()), ())[:1]
 
 
-def read_recordings(path: Path) -> list[Row]:
+def read_recordings(path: Path) -> list[Recording]:
     """Read a file of recordings.
 
     Raises:
@@ -78,7 +78,7 @@ def read_text(path: Path) -> str:
     return bounded.read_text(path, bounded.JSON, UsageError)
 
 
-def row_of(told: Mapping[str, Any], where: str) -> Row:
+def row_of(told: Mapping[str, Any], where: str) -> Recording:
     """Return one recording as a row; `where` it stands is said in errors. Raises UsageError."""
     task = _text(told, "task", where)
     trials = told.get("trials")
@@ -90,7 +90,7 @@ def row_of(told: Mapping[str, Any], where: str) -> Row:
     index = told.get("index", 0)
     if type(index) is not int:
         raise UsageError(f"{where}: `index`, the place in the order of tasks, must be a number")
-    return Row(
+    return Recording(
         id=str(told.get("id") or task),
         task=task.replace("_", " "),
         required=_names(told.get("ingredients", []), "ingredients", where),
@@ -151,7 +151,7 @@ Entry = tuple[str, Any]
 """Where an entry stands, and what it says."""
 
 
-def read_tasks(path: Path, domain: str) -> list[Row]:
+def read_tasks(path: Path, domain: str) -> list[Recording]:
     """Read a list of tasks of a domain; of recordings, take the tasks and not the answers.
 
     Plain lines are `task: item, item`; YAML and JSON entries are a text or an object with `task`
@@ -188,13 +188,13 @@ def _yaml(path: Path) -> list[Entry]:
     return [(f"{path}, entry {n}", entry) for n, entry in enumerate(told, start=1)]
 
 
-def _row(told: Any, where: str, index: int, domain: str) -> Row:
+def _row(told: Any, where: str, index: int, domain: str) -> Recording:
     task, items = _parts(told)
     if not isinstance(task, str) or not task.strip():
         raise UsageError(f"{where}: a task must be a text or an object with `task`")
     if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
         raise UsageError(f"{where}: `requires` must be a list of names")
-    return Row("", task.strip(), tuple(map(str.strip, items)), "", domain, index)
+    return Recording("", task.strip(), tuple(map(str.strip, items)), "", domain, index)
 
 
 def _parts(told: Any) -> tuple[Any, Any]:

@@ -48,7 +48,7 @@ from adaptbot_cli.errors import ModelError, UsageError
 from adaptbot_cli.evaluation import measures
 from adaptbot_cli.evaluation.baseline import unaided
 from adaptbot_cli.evaluation.measures import Trial
-from adaptbot_cli.evaluation.recordings import Row
+from adaptbot_cli.evaluation.recordings import Recording
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
 from adaptbot_cli.session.driving import Nowhere
@@ -247,7 +247,7 @@ def _kept(path: Path) -> dict[str, dict[str, Any]]:
     return found
 
 
-def task_of(row: Row, kg: Kg) -> Task:
+def task_of(row: Recording, kg: Kg) -> Task:
     """Return what a row asks for: its own items, and the goal that the domain lists for it.
 
     A row names its task itself, so nothing of the reading is in doubt; where no goal is known for
@@ -281,7 +281,7 @@ def _together(tasks: Sequence[Task]) -> Task | None:
 
 
 def perform(
-    row: Row, arm: str, basis: Basis, rules: Rules, carried: Sequence[Lesson] = ()
+    row: Recording, arm: str, basis: Basis, rules: Rules, carried: Sequence[Lesson] = ()
 ) -> tuple[Trial, tuple[Lesson, ...]]:
     """Run one trial; returns it with what was learned, to carry over."""
     started = time.perf_counter()
@@ -301,7 +301,7 @@ def perform(
     return replace(trial, answers=said), result.lessons
 
 
-def first_answer(row: Row, basis: Basis, rules: Rules) -> str:
+def first_answer(row: Recording, basis: Basis, rules: Rules) -> str:
     """Ask a live model for the plan that all arms start from. Raises ModelError."""
     kg = basis.fresh()
     try:
@@ -319,7 +319,7 @@ def live(rules: Rules, basis: Basis, kg: Kg) -> Planner:
     return _asked(rules, _model(rules, basis, kg))
 
 
-def _planner(row: Row, arm: str, rules: Rules, basis: Basis, kg: Kg) -> Planner:
+def _planner(row: Recording, arm: str, rules: Rules, basis: Basis, kg: Kg) -> Planner:
     if rules.model == LIBRARY:
         return live(rules, basis, kg)  # it says the same each time, and costs nothing
     if rules.model is None:
@@ -394,7 +394,7 @@ def _reported(arm: str, result: Result) -> tuple[Finding, ...]:
 
 
 def _measured(
-    row: Row, arm: str, result: Result, kg: Kg, person: SimulatedHuman, seconds: float
+    row: Recording, arm: str, result: Result, kg: Kg, person: SimulatedHuman, seconds: float
 ) -> Trial:
     required = result.report.task.required
     seen = measures.seen(result, required, _reported(arm, result), kg)

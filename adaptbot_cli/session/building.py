@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
-    from adaptbot_cli.adapters.store.keeper import Keeper, Start
+    from adaptbot_cli.adapters.store.keeper import Keeper, WorkspaceStart
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.adapters.world.simulated import SimulatedHome
@@ -200,7 +200,7 @@ def build(
         if start is not None:
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
-            _tell_edits(console, session.edited, kg)
+            _show_edits(console, session.edited, kg)
             for note in start.notes:
                 console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
         elif workspace.has(request.domain):
@@ -345,7 +345,7 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
     return workspace.transcripts / name
 
 
-def started_on(domain: str, workspace: Workspace) -> "Start":
+def started_on(domain: str, workspace: Workspace) -> "WorkspaceStart":
     """Make the workspace ready; what follows is on its files as they are then."""
     from adaptbot_cli.adapters.store.keeper import start
 
@@ -357,13 +357,13 @@ def keeper_of(
     request: Request, workspace: Workspace, planner: str, transcript: Path | None
 ) -> "Keeper":
     """Return the store of a workspace's domain, with where what it keeps will come from."""
-    from adaptbot_cli.adapters.store.keeper import Keeper, Origin
+    from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper
 
     name = ""
     if transcript is not None:
         inside = transcript.is_relative_to(workspace.transcripts)
         name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
-    return Keeper(workspace.root, request.domain, Origin(planner, name, started))
+    return Keeper(workspace.root, request.domain, CommitSource(planner, name, started))
 
 
 @contextmanager
@@ -467,7 +467,7 @@ def _head(root: Path) -> str | None:
     return repo.head() if repo is not None else None
 
 
-def _tell_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
+def _show_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
     if edited:
         from rich.text import Text
 

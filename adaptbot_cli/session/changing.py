@@ -26,7 +26,7 @@ _MOST = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Proposal:
+class ProposedChange:
     """A change that is not made yet.
 
     `subject` and `trailers` are its commit's; `notes` what the person should know besides.
@@ -43,7 +43,7 @@ class Proposal:
         return Changes(self.delta)
 
 
-def commit(home: Home, proposal: Proposal) -> str | None:
+def commit(home: Home, proposal: ProposedChange) -> str | None:
     """Make a proposed change and commit it; return the revision.
 
     Raises:
@@ -71,13 +71,13 @@ def judge(home: Home, delta: Delta) -> None:
 
 def keeper(home: Home) -> "Keeper":
     """Make the workspace ready; return what commits changes that are no run's."""
-    from adaptbot_cli.adapters.store.keeper import Held, Keeper, Origin, start
+    from adaptbot_cli.adapters.store.keeper import CommitSource, Held, Keeper, start
 
     root, domain = home.workspace.root, home.domain
     home.workspace.folder(domain)  # a domain that is not there makes no workspace
     begun = start(root, domain, partial(home.workspace.first_files, domain), _now)
     held = Held(f"kg/{domain}", begun.files, begun.kg)
-    return Keeper(root, domain, Origin("none", "", _now), held)
+    return Keeper(root, domain, CommitSource("none", "", _now), held)
 
 
 def _now() -> datetime:
@@ -93,7 +93,7 @@ def after(home: Home, delta: Delta) -> "Kg":
     return load_kg({**held.files, **held.after(delta)}, held.where)
 
 
-def revert(home: Home, revision: str) -> Proposal:
+def revert(home: Home, revision: str) -> ProposedChange:
     """Propose to undo what a commit taught, with all that follows from it.
 
     Raises:
@@ -121,7 +121,7 @@ def revert(home: Home, revision: str) -> Proposal:
     )
     delta = taken_back(changes.delta, Known(home.kg.domain, home.facts))
     subject = f'revert: "{commit.subject}"'
-    return Proposal(delta, subject, (("Source", "revert"), ("Reverts", sha)), notes)
+    return ProposedChange(delta, subject, (("Source", "revert"), ("Reverts", sha)), notes)
 
 
 def last_learned(home: Home) -> str | None:
@@ -135,7 +135,7 @@ def last_learned(home: Home) -> str | None:
     return None
 
 
-def suggestions(home: Home) -> Proposal:
+def suggestions(home: Home) -> ProposedChange:
     """Propose to take back all that was taken as it was suggested and that nobody has said since.
 
     Raises:
@@ -149,7 +149,7 @@ def suggestions(home: Home) -> Proposal:
         raise UsageError(f"no suggestion that was accepted for the {home.domain} is left")
     gone = following(found, Known(home.kg.domain, home.facts))
     subject = f"take back: {len(found)} accepted suggestion{'s' * (len(found) != 1)}"
-    return Proposal(Delta(removed=gone), subject, (("Source", "revert"),))
+    return ProposedChange(Delta(removed=gone), subject, (("Source", "revert"),))
 
 
 def is_answer(name: str) -> bool:
@@ -157,15 +157,15 @@ def is_answer(name: str) -> bool:
     return _ANSWER.fullmatch(name) is not None
 
 
-def revert_answer(home: Home, answer: str) -> Proposal:
+def revert_answer(home: Home, answer: str) -> ProposedChange:
     """Propose to undo what one answer taught. Raises KnowledgeError if there is none such."""
     commit, delta, question = home.needed().answered(answer)
     delta = taken_back(delta, Known(home.kg.domain, home.facts))
     trailers = (("Source", "revert"), ("Reverts", commit.sha), ("Takes-back", answer))
-    return Proposal(delta, f"take back: the answer to {question}", trailers)
+    return ProposedChange(delta, f"take back: the answer to {question}", trailers)
 
 
-def retract(home: Home, name: str, prop: str = "", value: str = "") -> Proposal:
+def retract(home: Home, name: str, prop: str = "", value: str = "") -> ProposedChange:
     """Propose to take back an absence, another name, a thing, or one of its facts.
 
     Raises:
@@ -176,15 +176,15 @@ def retract(home: Home, name: str, prop: str = "", value: str = "") -> Proposal:
     if prop:
         taken, told = _fact(home, name, prop, value)
         gone = following(taken, known)
-        return Proposal(Delta(removed=gone), f"retract: {told}", trailers)
+        return ProposedChange(Delta(removed=gone), f"retract: {told}", trailers)
     for taken, told in (_absence(home, name), _alias(home, name)):
         if taken:
             gone = following(taken, known)
-            return Proposal(Delta(removed=gone), f"retract: {told}", trailers)
+            return ProposedChange(Delta(removed=gone), f"retract: {told}", trailers)
     thing = _thing(home, name)
     gone = following({t for t in home.facts if t[0] == thing}, known)
     gone |= {t for t in home.facts if t[2] == thing}
-    return Proposal(Delta(removed=frozenset(gone)), f"retract: there is {name}", trailers)
+    return ProposedChange(Delta(removed=frozenset(gone)), f"retract: there is {name}", trailers)
 
 
 def _fact(home: Home, name: str, prop: str, value: str) -> tuple[set[Triple], str]:

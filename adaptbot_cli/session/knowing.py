@@ -15,7 +15,7 @@ from adaptbot_cli.workspace import Workspace
 if TYPE_CHECKING:
     from rdflib.term import Node
 
-    from adaptbot_cli.adapters.store.versions import Taught, Versions
+    from adaptbot_cli.adapters.store.versions import CommitDelta, Versions
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.provenance import Chapter, Origin, Turnover
 
@@ -203,7 +203,7 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
     yield from map(versions.chapter, found)
 
 
-def _triples(taught: "Taught") -> frozenset[Triple]:
+def _triples(taught: "CommitDelta") -> frozenset[Triple]:
     delta = taught.changes.delta
     return delta.removed | delta.added
 
@@ -251,7 +251,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     from adaptbot_cli.core import describing
 
     wanted = known_as(home, name)
-    facts = {t for thing in wanted for t in home.matching(thing)} or _told_of(home, name)
+    facts = {t for thing in wanted for t in home.matching(thing)} or _facts_said_of(home, name)
     if not facts and not wanted:
         for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
             if known_as(home, name[:cut]):
@@ -280,7 +280,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     return Why(name, found, past)
 
 
-def _told_of(home: Home, name: str) -> set[Triple]:
+def _facts_said_of(home: Home, name: str) -> set[Triple]:
     """The facts by which a name was said to be not here, not possible, or an action's with an
     argument that is always the same."""
     from adaptbot_cli.core.names import normal

@@ -11,7 +11,7 @@ from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.session.changing import Proposal, after
+from adaptbot_cli.session.changing import ProposedChange, after
 from adaptbot_cli.session.knowing import Home
 from adaptbot_cli.session.loading import load
 from adaptbot_cli.workspace import Workspace
@@ -45,7 +45,7 @@ def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
     return within(lambda: ask(kg.engine, text, prefixes(home)), "this query", _SECONDS)
 
 
-def update(home: Home, text: str) -> Proposal:
+def update(home: Home, text: str) -> ProposedChange:
     """Propose what a SPARQL update would change.
 
     Raises:
@@ -58,7 +58,7 @@ def update(home: Home, text: str) -> Proposal:
     delta = Delta(home.facts - now, now - home.facts)
     line = " ".join(text.split())
     subject = f"update: {line[:60]}" + ("…" if len(line) > 60 else "")
-    return Proposal(delta, subject, (("Source", "update"), ("Update", line[:2000])))
+    return ProposedChange(delta, subject, (("Source", "update"), ("Update", line[:2000])))
 
 
 def _updated(home: Home, text: str) -> frozenset[Triple]:
@@ -99,7 +99,7 @@ def exported(
     return write_graph(triples, form, prefixes(home))
 
 
-def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, Proposal]:
+def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, ProposedChange]:
     """Propose to take in graphs; with `replace` they become all that is known.
 
     Raises:
@@ -114,7 +114,7 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
     names = ", ".join(path.name for path in files)
     notes = _unmet(home, delta) if delta else ()
     trailers = (("Source", "import"), *(("File", path.name) for path in files))
-    return parcel, Proposal(delta, f"import: {names}", trailers, notes)
+    return parcel, ProposedChange(delta, f"import: {names}", trailers, notes)
 
 
 def _unmet(home: Home, delta: Delta) -> tuple[str, ...]:

@@ -36,16 +36,16 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
         exact = [path for path in found if path.stem == name]
         found = exact or [path for path in found if path.stem.startswith(name)]
     if not found:
-        raise UsageError(f'there is no run "{name}" in {workspace.root}; {_told(open_)}')
+        raise UsageError(f'there is no run "{name}" in {workspace.root}; {_listed(open_)}')
     if len(found) > 1:
-        raise UsageError(f'"{name}" is short for {len(found)} runs; {_told(open_)}')
+        raise UsageError(f'"{name}" is short for {len(found)} runs; {_listed(open_)}')
     if has_end(text_of(found[0])):
-        raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_told(open_)}")
+        raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_listed(open_)}")
     later = next((path for path in open_ if found[0] in chain(path)[:-1]), None)
     return later or found[0]
 
 
-def _told(paths: list[Path]) -> str:
+def _listed(paths: list[Path]) -> str:
     if not paths:
         return "none was cut off"
     return f"cut off: {', '.join(path.stem for path in paths[:5])}"

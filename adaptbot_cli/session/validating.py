@@ -65,7 +65,7 @@ def _explained(fault: str, domain: str, home: Home | None) -> Wrong:
     if home is None or match["file"] not in ("attributes.ttl", "state.ttl"):
         return Wrong(f"{match['entry']}: {match['told']}", file, remedy)
     origins = _origins(home, _meant(match["entry"], match["told"], home))
-    caused = "; ".join(dict.fromkeys(_told(origin, domain) for origin in origins))
+    caused = "; ".join(dict.fromkeys(_origin_text(origin, domain) for origin in origins))
     answers = [origin.answer for origin in origins if origin.answer]
     if answers:
         remedy += f", or adaptbot kg revert --answer {answers[-1]}"
@@ -94,7 +94,7 @@ def _origins(home: Home, triples: Sequence[Triple]) -> "list[Origin]":
     return sorted(dict.fromkeys(ordered), key=lambda origin: origin.when)
 
 
-def _told(origin: "Origin", domain: str) -> str:
+def _origin_text(origin: "Origin", domain: str) -> str:
     if origin.source == "answer":
         by = f" ({origin.by})" if origin.by else ""
         return f'answer {origin.answer}{by}: "{origin.question}" "{origin.said}"'

@@ -27,7 +27,7 @@ from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.tutor import inspect
-from adaptbot_cli.evaluation.recordings import Row, read_recordings
+from adaptbot_cli.evaluation.recordings import Recording, read_recordings
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
 from adaptbot_cli.session.driving import Nowhere
@@ -40,7 +40,7 @@ PUBLISHED_SECONDS_A_STEP = 0.5
 class Checked:
     """One recorded run's first answer, on both graphs."""
 
-    row: Row
+    row: Recording
     before: Result
     after: Result
     seconds: float
@@ -66,7 +66,7 @@ class Bench:
         ports = Ports(nobody, nobody, self.lexicon, Nowhere())
         return drive(inspect(task, kg, parser(kg), text), ports)
 
-    def row(self, row: Row) -> Checked:
+    def row(self, row: Recording) -> Checked:
         text = row.said("llm")[0]
         task = Task(row.task, row.required)
         before = self.kg(row.domain, f"{row.domain}.initial.d65fe35.ttl")

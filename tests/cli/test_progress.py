@@ -12,7 +12,7 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.progress import mermaid, progress_lines, svg
 from adaptbot_cli.adapters.transcript import dump, read
-from adaptbot_cli.core.progress import Event, Line, Progress
+from adaptbot_cli.core.progress import Event, Progress, ProgressLine
 from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.retracing import find_run, retrace
@@ -214,7 +214,7 @@ def test_a_run_on_files_that_are_edited_and_not_committed(home: Home) -> None:
 def test_hostile_names_are_only_text() -> None:
     odd = '<script>"]; end %% [bold]\x1b[31m`_*'
     event = Event(1, "with", (odd, "- a", "1. b"), odd)
-    lines = (Line(odd, odd, True, odd, (event, Event(1, "place", (odd,)))),)
+    lines = (ProgressLine(odd, odd, True, odd, (event, Event(1, "place", (odd,)))),)
     progress = Progress(odd, odd, ((1, odd),), lines, False, odd)
     shown_in_every_way(progress)
     assert "<script>" not in svg(progress) and "\x1b" not in mermaid(progress)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
 
-from adaptbot_cli.core.delta import Delta, Line
+from adaptbot_cli.core.delta import Delta, UndoLog
 from adaptbot_cli.core.terms import Triple
 
 
@@ -50,7 +50,7 @@ MOVES = st.lists(
 @given(MOVES)
 def test_what_is_read_is_what_the_line_comes_to(moves: list) -> None:
     store = Held()
-    line = Line(store.write)
+    line = UndoLog(store.write)
     past: list[set[Triple]] = [set()]
     for move, value in moves:
         if move == "take":
@@ -72,7 +72,7 @@ def test_what_is_read_is_what_the_line_comes_to(moves: list) -> None:
 
 def test_the_same_changes_lead_to_the_same_state_and_are_not_written_again() -> None:
     store = Held()
-    line = Line(store.write)
+    line = UndoLog(store.write)
     one, two = toggled(set(), {1}), toggled({triple(1)}, {2})
     line.take(one)
     line.take(two)
@@ -88,7 +88,7 @@ def test_the_same_changes_lead_to_the_same_state_and_are_not_written_again() -> 
 
 
 def test_states_never_share_a_number_even_after_what_was_kept() -> None:
-    line = Line(Held().write)
+    line = UndoLog(Held().write)
     seen = {line.state}
     for number in range(4):
         line.take(toggled(set(), {number}))
@@ -110,7 +110,7 @@ class Engine:
             self.triples.add(each)
 
 
-def interrupted(line: Line, at: int) -> bool:
+def interrupted(line: UndoLog, at: int) -> bool:
     """Settle, with Ctrl-C before the line of code `at` is run; whether it came to that."""
     left = at
 
@@ -144,7 +144,7 @@ def test_ctrl_c_between_any_two_steps_of_writing_loses_nothing(then: str) -> Non
     while stopped:
         at += 1
         store = Engine()
-        line = Line(store.write)
+        line = UndoLog(store.write)
         line.take(first)
         line.take(taken)
         line.settle()

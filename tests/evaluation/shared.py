@@ -8,7 +8,7 @@ import pytest
 
 from adaptbot_cli.adapters.store.reading import triples
 from adaptbot_cli.core.terms import Triple
-from adaptbot_cli.evaluation.recordings import Row
+from adaptbot_cli.evaluation.recordings import Recording
 from adaptbot_cli.evaluation.trial import Basis
 from tests.worlds import ATTRIBUTES, FILES, PREFIXES, STATES
 
@@ -29,11 +29,11 @@ def world(truth: str = TRUTH) -> Basis:
     return Basis(files, "workshop", None, facts(truth))
 
 
-def row(*answers: str, required: tuple[str, ...] = ("board",), **more: Any) -> Row:
+def row(*answers: str, required: tuple[str, ...] = ("board",), **more: Any) -> Recording:
     """A recording in which each arm got the same answers."""
     arms = ("llm", "llm+kg", "llm+kg+human")
     told: dict[str, Any] = {"id": "w/1", "task": "work", "model": "gpt-4o", "domain": "workshop"}
-    return Row(**{**told, **more}, required=required, answers=dict.fromkeys(arms, answers))
+    return Recording(**{**told, **more}, required=required, answers=dict.fromkeys(arms, answers))
 
 
 def published() -> Path:

@@ -8,7 +8,15 @@ from rdflib.term import Node
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.words import GAP, Mark, columns, heading, join, said, wrapped
+from adaptbot_cli.adapters.display.words import (
+    GAP,
+    Mark,
+    columns,
+    heading,
+    join,
+    plain_text,
+    wrapped,
+)
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
@@ -25,7 +33,7 @@ NOTHING_SEEN = Delta()
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class PropertyDiff:
     """One property of one thing: the values it had and no longer has, and the new ones."""
 
     about: str
@@ -72,10 +80,10 @@ def diff_table(
 
 
 def _width(texts: Iterable[str], widest: int) -> int:
-    return min(max((said(text).cell_len for text in texts), default=1), widest)
+    return min(max((plain_text(text).cell_len for text in texts), default=1), widest)
 
 
-def _listed(rows: Sequence[Row], names: int, width: int, none: str) -> RenderableType:
+def _listed(rows: Sequence[PropertyDiff], names: int, width: int, none: str) -> RenderableType:
     if not rows:
         return Text(none, "dim")
     props = _width((row.prop for row in rows), _WIDEST_PROPERTY)
@@ -87,29 +95,33 @@ def _listed(rows: Sequence[Row], names: int, width: int, none: str) -> Renderabl
         name = "" if row.about == above else row.about
         above = row.about
         sign = Text(row.mark.sign, row.mark.style)
-        table.add_row(sign, said(name), said(row.prop, "dim"), wrapped(value))
+        table.add_row(sign, plain_text(name), plain_text(row.prop, "dim"), wrapped(value))
     return table
 
 
-def _values(row: Row) -> Text:
-    old = said(", ".join(row.old), "red" if not row.new else "dim")
-    new = said(", ".join(row.new), row.mark.style)
+def _values(row: PropertyDiff) -> Text:
+    old = plain_text(", ".join(row.old), "red" if not row.new else "dim")
+    new = plain_text(", ".join(row.new), row.mark.style)
     text = join([part for part in (old, new) if part], " → ")
     return text.append(f"  {row.graph}", "dim italic") if row.graph else text
 
 
-def _learned(lesson: Lesson, kg: Kg) -> Iterator[Row]:
+def _learned(lesson: Lesson, kg: Kg) -> Iterator[PropertyDiff]:
     """The facts of a lesson; a new action as one line, whatever facts it takes to describe it."""
     if lesson.action is not None:
         name = lesson.question.about if lesson.replaces else lesson.action.name
         for note in lesson.notes:
             prop, colon, told = note.partition(": ")
-            yield Row(name, prop, new=(told,)) if colon else Row(name, "action", new=(note,))
+            yield (
+                PropertyDiff(name, prop, new=(told,))
+                if colon
+                else PropertyDiff(name, "action", new=(note,))
+            )
         return
     yield from _rows(lesson.delta, kg)
 
 
-def _rows(delta: Delta, kg: Kg) -> list[Row]:
+def _rows(delta: Delta, kg: Kg) -> list[PropertyDiff]:
     """A change grouped by thing and property."""
     changes: dict[tuple[Node, Node], tuple[list[Node], list[Node]]] = {}
     for side, triples in enumerate((delta.removed, delta.added)):
@@ -125,7 +137,7 @@ class _Rank:
     kg: Kg
     first: Sequence[str]
 
-    def __call__(self, row: Row) -> tuple[object, ...]:
+    def __call__(self, row: PropertyDiff) -> tuple[object, ...]:
         name = normal(row.about)
         matters = name not in {normal(item) for item in self.first}
         agent = row.about == self.kg.name(self.kg.domain.agent)
@@ -140,12 +152,12 @@ def _order(triple: Triple) -> tuple[str, ...]:
     return tuple(map(str, triple))
 
 
-def _row(subject: Node, predicate: Node, old: list[Node], new: list[Node], kg: Kg) -> Row:
+def _row(subject: Node, predicate: Node, old: list[Node], new: list[Node], kg: Kg) -> PropertyDiff:
     if predicate in _ABSENCES:
-        return Row(", ".join(map(local, new or old)), _ABSENCES[predicate], new=("no",))
+        return PropertyDiff(", ".join(map(local, new or old)), _ABSENCES[predicate], new=("no",))
     graph = "state" if kg.home_of(predicate) == STATES else "attribute"
     about, prop = kg.name(subject), _label(predicate, kg)
-    return Row(about, prop, _said(predicate, old, kg), _said(predicate, new, kg), graph)
+    return PropertyDiff(about, prop, _names(predicate, old, kg), _names(predicate, new, kg), graph)
 
 
 _ABSENCES: Mapping[Node, str] = {AB.absentItem: "is here", AB.absentAction: "is possible"}
@@ -160,7 +172,7 @@ def _label(predicate: Node, kg: Kg) -> str:
     return known.label if known is not None and known.label else local(predicate)
 
 
-def _said(predicate: Node, values: Iterable[Node], kg: Kg) -> tuple[str, ...]:
+def _names(predicate: Node, values: Iterable[Node], kg: Kg) -> tuple[str, ...]:
     return tuple(_value(predicate, value, kg) for value in values)
 
 

@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.display.words import (
     count,
     heading,
     join,
-    said,
+    plain_text,
     wrapped,
 )
 from adaptbot_cli.core.findings import is_open
@@ -107,12 +107,14 @@ def _texts(step: Step, before: Step | None) -> tuple[Text, Text]:
     """What stands in the two middle columns: the model's words, and what the step is now."""
     call = step.call.render()
     again = before is not None and (before.status, before.reason) == (step.status, step.reason)
-    why = Text() if again else said(step.reason, "dim italic")
+    why = Text() if again else plain_text(step.reason, "dim italic")
     if step.done == "failed":
-        return said(call), why
+        return plain_text(call), why
     if step.status == "inserted":
-        return (Text("because ", "dim italic").append_text(why) if why else why), said(call, "cyan")
-    written = said(step.source or call)
+        return (Text("because ", "dim italic").append_text(why) if why else why), plain_text(
+            call, "cyan"
+        )
+    written = plain_text(step.source or call)
     if step.status == "dropped":
         written.stylize("dim strike")
         return written, why
@@ -129,8 +131,8 @@ def _marked(call: str, targets: set[str]) -> Text:
     """A call with the names in it that were put there."""
     text = Text()
     for word in _WORDS.findall(call):
-        text.append_text(said(word, "yellow" if word in targets else "dim"))
-    text.truncate(said(call).cell_len, overflow="ellipsis")
+        text.append_text(plain_text(word, "yellow" if word in targets else "dim"))
+    text.truncate(plain_text(call).cell_len, overflow="ellipsis")
     return text
 
 
@@ -159,8 +161,8 @@ def _substitutions(steps: Iterable[Step]) -> Table | None:
         return None
     table = columns(None, None)
     for (source, target, evidence, human), steps_changed in counts.items():
-        arrow = join([said(source, longest=40), said(target, "yellow", 40)], " → ")
-        why = said(f"{evidence}, approved by a person" if human else evidence)
+        arrow = join([plain_text(source, longest=40), plain_text(target, "yellow", 40)], " → ")
+        why = plain_text(f"{evidence}, approved by a person" if human else evidence)
         why.append(f" ({count(steps_changed, 'step')})", "dim")
         table.add_row(arrow, why)
     return table
@@ -195,12 +197,12 @@ def _where(places: Sequence[int], finding: Finding) -> str:
 
 
 def _sentence(finding: Finding) -> Text:
-    text = said(finding.message, longest=_SENTENCE)
+    text = plain_text(finding.message, longest=_SENTENCE)
     options = _options(finding)
     if options:
-        text.append_text(said(f"; could be {sentence_list(options)}", "dim", _SENTENCE))
+        text.append_text(plain_text(f"; could be {sentence_list(options)}", "dim", _SENTENCE))
     if finding.remedy:
-        text.append_text(said(f"; {finding.remedy} would mend that", "dim", _SENTENCE))
+        text.append_text(plain_text(f"; {finding.remedy} would mend that", "dim", _SENTENCE))
     return text
 
 

@@ -19,7 +19,7 @@ from adaptbot_cli.adapters.display.words import (
     count,
     hanging,
     noted,
-    said,
+    plain_text,
 )
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.editing import Edit
@@ -123,7 +123,7 @@ class Screen:
         for run in result.runs or (result,):
             self._gap()
             if result.runs:
-                self.console.print(said(run.report.task.name, "bold", 300))
+                self.console.print(plain_text(run.report.task.name, "bold", 300))
             self.console.print(_both(run, self.kg, self.console))
             self.console.print()
             self.console.print(_verdict(run))
@@ -163,7 +163,9 @@ class Screen:
     def _begun(self) -> None:
         self._gap()
         how = f" ({self.how})" if self.how else ""
-        self.console.print(said(f"acting in {self.world}", "bold", 300) + said(how, "dim", 300))
+        self.console.print(
+            plain_text(f"acting in {self.world}", "bold", 300) + plain_text(how, "dim", 300)
+        )
         self._last = None
 
     def _odd(self, seen: object) -> None:
@@ -272,4 +274,4 @@ def _money(cost_usd: float | None) -> str:
 
 
 def _facts(parts: list[str]) -> RenderableType:
-    return Padding(said(" · ".join(parts), "dim", 300), (0, 0, 0, 2))
+    return Padding(plain_text(" · ".join(parts), "dim", 300), (0, 0, 0, 2))

@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.spinner import Spinner
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.words import WARNING, count, hanging, noted, said
+from adaptbot_cli.adapters.display.words import WARNING, count, hanging, noted, plain_text
 
 LINES = 8
 """How many lines of the answer are seen at once: the whole plan is shown when it is checked."""
@@ -59,12 +59,12 @@ class _View:
         shown = [line for line in self.lines[-LINES - 20 :] if line[0].strip()][-LINES:]
         width = max(self.console.width - 4, 8)
         told = [
-            Text("  ").append_text(said(line, "dim" if reasoning else "", width))
+            Text("  ").append_text(plain_text(line, "dim" if reasoning else "", width))
             for line, reasoning in shown
         ]
         seconds = time.monotonic() - self.started
         words = f" {self.name}: {count(len(shown) and len(self.lines), 'line')} · {seconds:.0f} s"
         if not told:
             words = f" waiting for {self.name} · {seconds:.0f} s · Ctrl-C stops it"
-        self.spinner.update(text=said(words, "dim", width))
+        self.spinner.update(text=plain_text(words, "dim", width))
         return Group(*told, self.spinner)

@@ -32,7 +32,7 @@ WARNING = Mark("!", "yellow")
 PASSING = Mark("·", "dim")
 
 
-def said(text: str, style: str = "", longest: int = LONGEST) -> Text:
+def plain_text(text: str, style: str = "", longest: int = LONGEST) -> Text:
     """Return text from outside as it may be shown: never markup, never an escape code."""
     shown = Text(visible(text), style)
     shown.truncate(longest, overflow="ellipsis")
@@ -88,7 +88,7 @@ def join(parts: Iterable[Text], between: str = "  ") -> Text:
 
 def noted(mark: Mark, text: str, style: str = "") -> Text:
     """Return a line that begins with a mark."""
-    return join([Text(mark.sign, mark.style), said(text, style, 300)], " ")
+    return join([Text(mark.sign, mark.style), plain_text(text, style, 300)], " ")
 
 
 def hanging(line: Text) -> RenderableType:

@@ -19,7 +19,7 @@ from adaptbot_cli.adapters.planner.local import Board
 from adaptbot_cli.adapters.planner.prompts import MARK, Style
 from adaptbot_cli.adapters.planner.provider import Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
-from adaptbot_cli.adapters.planner.streaming import Answer, read
+from adaptbot_cli.adapters.planner.streaming import PartialAnswer, read
 from adaptbot_cli.adapters.planner.structured import Form
 from adaptbot_cli.adapters.planner.text import plan_text, split
 from adaptbot_cli.core.turns import Proposal, Propose
@@ -37,7 +37,7 @@ Show = Callable[[str, bool], None]
 """Takes a piece of an answer as it comes, and whether it is reasoning."""
 
 
-class Prompts(Protocol):
+class PromptSource(Protocol):
     """What the model is told."""
 
     @property
@@ -88,7 +88,7 @@ class Model:
     `board` runs on this machine."""
 
     name: str
-    prompts: Prompts
+    prompts: PromptSource
     asking: Asking = field(default_factory=Asking)
     budget: Budget = field(default_factory=Budget)
     secrets: Secrets = field(default_factory=Secrets)
@@ -142,7 +142,7 @@ class Model:
         and its plan. Raises ModelError."""
         unfinished = ""
         for number in range(1, TRIES + 1):
-            room, answer = self._room(model, messages), Answer()
+            room, answer = self._room(model, messages), PartialAnswer()
             try:
                 return self._answered(model, messages, room, answer)
             except Exception as error:  # litellm raises each provider's own kinds of errors
@@ -212,7 +212,7 @@ class Model:
         time.sleep(seconds)
 
     def _answered(
-        self, model: Provider, messages: list[Message], room: int | None, answer: Answer
+        self, model: Provider, messages: list[Message], room: int | None, answer: PartialAnswer
     ) -> tuple[str, str]:
         """Ask once; return the answer's reasoning and plan. Raises Failure, or what litellm does.
 
@@ -240,18 +240,18 @@ class Model:
         self._judge(answer, text, reasoning)
         return reasoning, text
 
-    def _thinks(self, answer: Answer) -> bool:
+    def _thinks(self, answer: PartialAnswer) -> bool:
         """Whether an answer is still before the mark under which the plan stands."""
         return self.prompts.style == "cot" and MARK not in "".join(answer.text)
 
-    def _text(self, answer: Answer, whole: Any) -> tuple[str, str]:
+    def _text(self, answer: PartialAnswer, whole: Any) -> tuple[str, str]:
         """Return an answer's reasoning and its plan, without secrets."""
         thought, text = plan_text(answer, whole)
         reasoning, plan = split(text, self.prompts.style)
         told = "\n".join(part for part in (thought, reasoning) if part)
         return self.secrets.cut(told), self.secrets.cut(plan)
 
-    def _count(self, model: Provider, answer: Answer, messages: list[Message]) -> Any:
+    def _count(self, model: Provider, answer: PartialAnswer, messages: list[Message]) -> Any:
         """Count what an answer, whole or not, has cost; return it as litellm puts it together."""
         if not answer.chunks:
             return None
@@ -259,7 +259,7 @@ class Model:
         self.budget.answers.append(spent)
         return whole
 
-    def _judge(self, answer: Answer, text: str, reasoning: str) -> None:
+    def _judge(self, answer: PartialAnswer, text: str, reasoning: str) -> None:
         """Raise Failure for an answer that is none; say what is odd about one that is."""
         if answer.ended == "content_filter":
             raise Failure("the provider refused the content")

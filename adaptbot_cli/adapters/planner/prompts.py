@@ -148,7 +148,7 @@ class Prompts:
         wrong: dict[str, dict[str, None]] = {heading: {} for _, heading in _HEADINGS}
         for finding in turn.findings[:MOST_FINDINGS]:
             heading = next(h for code, h in _HEADINGS if finding.code.startswith(code))
-            wrong[heading][_told(finding)] = None
+            wrong[heading][_finding_line(finding)] = None
         before = () if "memory" in self.leave_out else turn.before
         return self._render(
             "replan.j2",
@@ -381,7 +381,7 @@ def _signature(action: Action) -> str:
     return f"{action.name}({', '.join(parameters)})"
 
 
-def _told(finding: Finding) -> str:
+def _finding_line(finding: Finding) -> str:
     where = f"line {finding.line}: " if finding.line else ""
     near = [name for name in finding.candidates if name not in finding.message]
     known = f" (known: {', '.join(near)})" if near and finding.code in _NAMES_NEAR else ""

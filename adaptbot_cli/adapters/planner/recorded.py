@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from adaptbot_cli.adapters.planner import tokens
-from adaptbot_cli.adapters.planner.model import Prompts
+from adaptbot_cli.adapters.planner.model import PromptSource
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 
 
@@ -19,7 +19,7 @@ class Recorded:
 
     model: str
     answers: Sequence[str]
-    prompts: Prompts
+    prompts: PromptSource
     beyond: Planner | None = None
     name: str = "recording"
 

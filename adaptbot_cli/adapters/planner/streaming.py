@@ -26,7 +26,7 @@ class Pieces(Protocol):
 
 
 @dataclass(slots=True)
-class Answer:
+class PartialAnswer:
     """What came of an answer so far. `ended` is the reason for its end, None without one."""
 
     chunks: list[Any] = field(default_factory=list)
@@ -71,7 +71,7 @@ def read(
     silence: float,
     seconds: float,
     show: Callable[[str, bool], None],
-    into: Answer,
+    into: PartialAnswer,
 ) -> None:
     """Read an answer to its end into `into`, showing its text, and what is reasoning, as it comes.
 

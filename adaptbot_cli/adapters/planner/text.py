@@ -8,7 +8,7 @@ from typing import Any
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.planner.prompts import Style
-from adaptbot_cli.adapters.planner.streaming import Answer
+from adaptbot_cli.adapters.planner.streaming import PartialAnswer
 from adaptbot_cli.adapters.planner.structured import from_json
 from adaptbot_cli.errors import ModelError
 
@@ -22,7 +22,7 @@ _FENCE = re.compile(r"\A\s*```(?:json)?\n|\n```\s*\Z")
 _END_ONLY = re.compile(r"\A.*</(?:think|thinking|reasoning|thought)>", re.DOTALL | re.IGNORECASE)
 
 
-def plan_text(answer: Answer, whole: Any) -> tuple[str, str]:
+def plan_text(answer: PartialAnswer, whole: Any) -> tuple[str, str]:
     """Return an answer's reasoning, and what else it says: its text, then its tool calls as JSON.
 
     Reasoning tries calls out that are no part of the plan, and it would be paid for again in each
@@ -64,7 +64,7 @@ def split(text: str, style: Style) -> tuple[str, str]:
     return text[: found.start()].strip(), text[found.end() :].strip("\n")
 
 
-def streamed_calls(answer: Answer) -> list[str]:
+def streamed_calls(answer: PartialAnswer) -> list[str]:
     """Return the tool calls of an answer's pieces as JSON, each id being a call of its own.
 
     Some servers give all calls of an answer the same index, which litellm puts together as one.

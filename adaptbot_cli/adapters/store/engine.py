@@ -32,14 +32,14 @@ _BY_SUFFIX = {
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class ParsedFiles:
     """The triples of some files, and the prefixes that they declare."""
 
     triples: tuple[Triple, ...]
     prefixes: Mapping[str, str]
 
 
-def read_graph(paths: Sequence[Path]) -> Given:
+def read_graph(paths: Sequence[Path]) -> ParsedFiles:
     """Read graphs from files: Turtle, or what the name's ending says.
 
     Raises:
@@ -55,7 +55,7 @@ def read_graph(paths: Sequence[Path]) -> Given:
             parser = pyoxigraph.parse(data.removeprefix(BOM.encode()), format=form)
             triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
-    return Given(tuple(triples), prefixes)
+    return ParsedFiles(tuple(triples), prefixes)
 
 
 def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str]) -> bytes:

@@ -120,7 +120,7 @@ class Repo:
         for level, folder in ((levels.GLOBAL, home), (levels.XDG, f"{own}/git")):
             used = not os.environ.get("GIT_CONFIG_GLOBAL") and os.access(folder, os.X_OK)
             pygit2.settings.search_path[level] = folder if used and Path(folder).is_dir() else ""
-        with _telling(holder):
+        with _error_messages(holder):
             _refuse_pipes(holder)
             try:
                 found = pygit2.Repository(str(holder))
@@ -154,7 +154,7 @@ class Repo:
         found = None if own and not (root / ".git").exists() else cls.open(root)
         if found is not None:
             return found
-        with _telling(root), files.refusing(root):
+        with _error_messages(root), files.refusing(root):
             # Made apart and moved into place, so that it is whole or not there at all.
             new = Path(tempfile.mkdtemp(prefix=UNFINISHED, dir=root))
             try:
@@ -177,7 +177,7 @@ class Repo:
             KnowledgeError: HEAD or its branch is damaged: that is no new beginning.
         """
         name, path = self._branch()
-        with _telling(self._top):
+        with _error_messages(self._top):
             if name == "HEAD":
                 return str(self._repo.lookup_reference("HEAD").target)
             damaged = f"{path} is damaged: it names no commit"
@@ -208,7 +208,7 @@ class Repo:
 
     def reference(self, name: str) -> str | None:
         """Return the commit that a reference names, None if there is none."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             found = self._repo.references.get(name)
             return str(found.target) if found is not None else None
 
@@ -260,7 +260,7 @@ class Repo:
 
     def _commit_at(self, rev: str) -> Any:
         pygit2 = _pygit2()
-        with _telling(self._top):
+        with _error_messages(self._top):
             try:
                 if _SHA.fullmatch(rev):
                     return self._repo[rev].peel(pygit2.Commit)
@@ -286,7 +286,7 @@ class Repo:
 
     def blob(self, sha: str) -> bytes:
         """Return the content of a blob."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             return self._repo[sha].data  # type: ignore[attr-defined,no-any-return]
 
     def blobs(self, rev: str, paths: Sequence[str]) -> dict[str, str]:
@@ -298,12 +298,12 @@ class Repo:
     def folder(self, path: str, rev: str) -> dict[str, str]:
         """Return the shas of the blobs in a folder at a revision, by name."""
         tree, name, blob = self._commit_at(rev).tree, self._name(path), _pygit2().Blob
-        with _telling(self._top):
+        with _error_messages(self._top):
             below = tree[name] if name in tree else ()  # noqa: SIM401 - a tree has no `get`
             return {each.name: str(each.id) for each in below if isinstance(each, blob)}
 
     def _entry(self, tree: "pygit2.Tree", path: str) -> "pygit2.Object | None":
-        with _telling(self._top):
+        with _error_messages(self._top):
             try:
                 entry = tree[self._name(path)]
             except KeyError:
@@ -321,7 +321,7 @@ class Repo:
             return
         sort = _pygit2().enums.SortMode
         names = [self._name(path) for path in paths]
-        with _telling(self._top):
+        with _error_messages(self._top):
             walk = self._repo.walk(head, sort.TOPOLOGICAL | sort.TIME)
             if since is not None:
                 walk.hide(since)
@@ -333,7 +333,7 @@ class Repo:
 
     def commit_of(self, sha: str) -> Commit:
         """Return a commit by its sha; in a shallow clone the parents that are there."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             found = self._commit_at(sha)
             return _commit(found, tuple(map(str, self._parents(found))))
 
@@ -344,7 +344,7 @@ class Repo:
 
     def leads_to(self, sha: str, head: str) -> bool:
         """Tell whether a commit is an ancestor of another, or that one itself."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             return sha == head or (sha in self._repo and self._repo.descendant_of(head, sha))
 
     def bases(self, one: str, other: str) -> list[str]:
@@ -352,7 +352,7 @@ class Repo:
         for sha, later in ((one, other), (other, one)):
             if self.leads_to(sha, later):
                 return [sha]
-        with _telling(self._top):
+        with _error_messages(self._top):
             walk = self._repo.walk(one)
             walk.hide(other)
             own = {str(commit.id): self._parents(commit) for commit in walk}
@@ -368,7 +368,7 @@ class Repo:
         blob, tree = _pygit2().Blob, _pygit2().Tree
         found: dict[str, str] = {}
         open_ = [("", self._commit_at(rev).tree)]
-        with _telling(self._top):
+        with _error_messages(self._top):
             while open_:
                 folder, here = open_.pop()
                 for entry in here:
@@ -395,7 +395,7 @@ class Repo:
         entry, mode = _pygit2().IndexEntry, _pygit2().enums.FileMode.BLOB
         sides = (before, ours, theirs)
         a, b, c = (entry("file", _pygit2().Oid(hex=sha), mode) if sha else None for sha in sides)
-        with _telling(self._top):
+        with _error_messages(self._top):
             result = self._repo.merge_file_from_index(a, b, c)
             return result.contents.encode() if result.automergeable else None
 
@@ -419,13 +419,13 @@ class Repo:
 
     def _cleaned(self, path: str, data: bytes) -> bytes:
         """What git holds of a file with this content: with line ends as configured."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             filters = self._repo.load_filter_list(self._name(path))
             return bytes(filters.apply_to_buffer(data)) if filters is not None else data
 
     def staged(self, path: str) -> bytes | None:
         """Return a file's content in the index, None if it is not there or being merged."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             self._repo.index.read()
             sha = self._in_index(path)
             return None if sha is None else self.blob(sha)
@@ -507,7 +507,7 @@ class Repo:
         pygit2 = _pygit2()
         self._refuse_signing()
         when = when or datetime.now().astimezone()
-        with _telling(self._top), ExitStack() as locks:
+        with _error_messages(self._top), ExitStack() as locks:
             index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
             ref, path = self._branch()
             branch = locks.enter_context(self._git_lock("branch", path))
@@ -644,7 +644,7 @@ class Repo:
                 f"commit, is damaged. Compare the files of {self.root} with `git status` and "
                 "`git diff`, mend them if need be, then remove that record."
             ) from error
-        with _telling(self._top), ExitStack() as locks:
+        with _error_messages(self._top), ExitStack() as locks:
             index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
             branch = locks.enter_context(self._git_lock("branch", path))
             for name in intent.new:
@@ -707,7 +707,7 @@ class Repo:
 
     def _refuse_conflicts(self, paths: Mapping[str, object]) -> None:
         """Raise KnowledgeError if one of the files is being merged."""
-        with _telling(self._top):
+        with _error_messages(self._top):
             self._repo.index.read()
         names = {self._name(path) for path in paths}
         for sides in self._repo.index.conflicts or ():
@@ -720,13 +720,13 @@ class Repo:
     def setting(self, name: str, default: str = "") -> str:
         """Look up a setting of git's configuration."""
         named = os.environ.get("GIT_CONFIG_GLOBAL", "")
-        with _telling(self._top):
+        with _error_messages(self._top):
             found: list[Any] = [self._repo.config]
             found += [_pygit2().Config(named)] if Path(named).is_file() else []
             return next((str(config[name]) for config in found if name in config), default)
 
     def _refuse_signing(self) -> None:
-        with _telling(self._top):
+        with _error_messages(self._top):
             if self.setting("commit.gpgsign").lower() in ("true", "yes", "on", "1"):
                 raise KnowledgeError(
                     "git is configured to sign every commit (commit.gpgsign), and adaptbot cannot "
@@ -952,7 +952,7 @@ def _full(place: Path) -> bool:
 
 
 @contextmanager
-def _telling(place: Path) -> Iterator[None]:
+def _error_messages(place: Path) -> Iterator[None]:
     """Turn errors of libgit2 into a KnowledgeError that says what to do."""
     pygit2 = _pygit2()
     try:

@@ -44,7 +44,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class CommitSource:
     """Where what is learned comes from: named in every commit."""
 
     planner: str
@@ -53,7 +53,7 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class WorkspaceStart:
     """The revision of a workspace, the files edited by hand since, and the graph of both.
 
     `files` are those that the graph was loaded from; `notes` are sentences for the person: what a
@@ -166,7 +166,7 @@ class Keeper:
 
     root: Path
     domain: str
-    origin: Origin
+    origin: CommitSource
     held: Held | None = None
 
     @property
@@ -332,7 +332,7 @@ def start(
     domain: str,
     first: Callable[[], Mapping[str, bytes]],
     now: Callable[[], datetime],
-) -> Start:
+) -> WorkspaceStart:
     """Write and commit what a first use of a domain needs; return what a run starts from.
 
     `first` gives the files that a first use writes. It is asked while the workspace is locked, so
@@ -359,7 +359,7 @@ def start(
             contents = {**new, **{path: disk.read(root, path) for path in unknown}}
             repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
         edited = tuple(repo.dirty(paths_of(domain)))
-        return Start(repo.head(), edited, kg, found, tuple(_notes(repo, found)))
+        return WorkspaceStart(repo.head(), edited, kg, found, tuple(_notes(repo, found)))
 
 
 def _notes(repo: Repo, found: Mapping[str, bytes]) -> Iterator[str]:

@@ -22,7 +22,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
 from adaptbot_cli.adapters.store.turtle import engine, parsed
-from adaptbot_cli.core.changes import Changes, Entry
+from adaptbot_cli.core.changes import Changes, PackEntry
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id, short
 from adaptbot_cli.core.terms import AB, Triple, local, node_of, triple_of
@@ -44,7 +44,7 @@ _LABEL = str(RDFS.label)
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class FileFacts:
     """What a file says: its single facts, and each other entry as a text to compare."""
 
     facts: frozenset[str] = frozenset()
@@ -52,7 +52,7 @@ class Reading:
 
 
 @dataclass(frozen=True, slots=True)
-class Taught:
+class CommitDelta:
     """What a commit changed: facts as N-Triples, and entries as (sign, file, name).
 
     `first` are the files that it was the first to hold.
@@ -72,7 +72,7 @@ class Taught:
     @property
     def changes(self) -> Changes:
         """The same in the terms of the graph."""
-        entries = tuple(Entry(*entry) for entry in self.entries)  # type: ignore[arg-type]
+        entries = tuple(PackEntry(*entry) for entry in self.entries)  # type: ignore[arg-type]
         return Changes(Delta(_triples(self.removed), _triples(self.added)), entries)
 
 
@@ -137,7 +137,7 @@ class Versions:
         """
         return self._difference("", before, after).changes
 
-    def taught(self, *about: str) -> Iterator[Taught]:
+    def taught(self, *about: str) -> Iterator[CommitDelta]:
         """Give every commit that changed the domain's files, newest first, with what it changed.
 
         With texts that what is sought is `about` (N-Triples, names), only those that have one.
@@ -159,9 +159,9 @@ class Versions:
         sought = [_as_json(text)[1:-1] for text in about]
         for line in lines.values():
             if not sought or any(text in line for text in sought):
-                yield Taught(*json.loads(line))
+                yield CommitDelta(*json.loads(line))
 
-    def taught_by(self, commit: Commit) -> Taught:
+    def taught_by(self, commit: Commit) -> CommitDelta:
         """Return what a commit changed of the domain."""
         now, *old = blobs = [self._blobs(sha) for sha in (commit.sha, *commit.parents)]
         try:
@@ -180,9 +180,11 @@ class Versions:
             for key in signs[0]
             if all(key in other for other in signs)
         )
-        return Taught(commit.sha, sorted(removed), sorted(added), entries, first)
+        return CommitDelta(commit.sha, sorted(removed), sorted(added), entries, first)
 
-    def _since(self, sha: str, now: Mapping[str, str], *parents: Mapping[str, str]) -> list[Taught]:
+    def _since(
+        self, sha: str, now: Mapping[str, str], *parents: Mapping[str, str]
+    ) -> list[CommitDelta]:
         """What a commit changed of each parent, or of nothing if it has none."""
         found = []
         for old in parents or [{}]:
@@ -221,7 +223,7 @@ class Versions:
 
     def _difference(
         self, sha: str, before: Mapping[str, bytes], after: Mapping[str, bytes]
-    ) -> Taught:
+    ) -> CommitDelta:
         """What changed in some files. Raises KnowledgeError: one is no valid Turtle."""
         gone, came = set[str](), set[str]()
         entries = []
@@ -233,9 +235,9 @@ class Versions:
             if name in FACT_FILES and a and b and (differing := _lines_that_differ(a, b)):
                 head, *sides = differing
                 for facts, lines in zip((gone, came), sides, strict=True):
-                    facts.update(*(_said(head, line, path) for line in lines))
+                    facts.update(*(_entries_in(head, line, path) for line in lines))
                 continue
-            old, new = (Reading() if d is None else read(d, name, path) for d in (a, b))
+            old, new = (FileFacts() if d is None else read(d, name, path) for d in (a, b))
             gone |= old.facts
             came |= new.facts
             for entry in sorted({*old.entries, *new.entries}):
@@ -243,11 +245,11 @@ class Versions:
                 if was != is_:
                     sign = "added" if was is None else "removed" if is_ is None else "changed"
                     entries.append((sign, name, entry))
-        return Taught(sha, sorted(gone - came), sorted(came - gone), entries)
+        return CommitDelta(sha, sorted(gone - came), sorted(came - gone), entries)
 
     # ---------------------------------------------------------------------------- who taught it
 
-    def commit_of(self, revision: str) -> tuple[Commit, Taught] | None:
+    def commit_of(self, revision: str) -> tuple[Commit, CommitDelta] | None:
         """Return a commit with what it changed; None if it changed nothing of this domain.
 
         Raises:
@@ -328,7 +330,9 @@ class Versions:
                 return next(said, f"commit {one.sha[:7]}")
         return f"from the {self.domain} as it came"
 
-    def _origin(self, one: Taught, sign: str, triple: Triple, pack: frozenset[Triple]) -> Origin:
+    def _origin(
+        self, one: CommitDelta, sign: str, triple: Triple, pack: frozenset[Triple]
+    ) -> Origin:
         """Why a commit added or removed a fact."""
         commit = self._commit(one.sha)
         about = _of_commit(commit)
@@ -355,7 +359,7 @@ class Versions:
     def _commit(self, sha: str) -> Commit:
         return self.repo.commit_of(sha)
 
-    def chapter(self, one: Taught) -> Chapter:
+    def chapter(self, one: CommitDelta) -> Chapter:
         """Return what a commit taught as people read it."""
         commit = self._commit(one.sha)
         told = answers(commit.trailers)
@@ -393,7 +397,7 @@ def facts_of(files: Mapping[str, bytes]) -> frozenset[Triple]:
 
 
 @lru_cache(maxsize=64)
-def read(data: bytes, name: str, path: str) -> Reading:
+def read(data: bytes, name: str, path: str) -> FileFacts:
     """Read a file's facts and entries. Raises KnowledgeError if it is no valid Turtle."""
     triples = parsed(data, path)
     by_subject: dict[object, list[pyoxigraph.Triple]] = {}
@@ -412,7 +416,7 @@ def read(data: bytes, name: str, path: str) -> Reading:
             told = set(about) - called if whole else deep
             named = local(node_of(subject)) if name in _BY_IRI else _entry_name(subject, about)
             entries[named] = _described(told, by_subject, set())
-    return Reading(frozenset(facts), entries)
+    return FileFacts(frozenset(facts), entries)
 
 
 def _entry_name(subject: object, about: Iterable[pyoxigraph.Triple]) -> str:
@@ -438,7 +442,7 @@ def _described(
 
 
 @lru_cache(maxsize=4096)
-def _said(head: bytes, line: bytes, path: str) -> frozenset[str]:
+def _entries_in(head: bytes, line: bytes, path: str) -> frozenset[str]:
     return frozenset(map(str, parsed(head + line, path)))
 
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from adaptbot_cli.adapters.tables.words import count, indented, said
-from adaptbot_cli.core.changes import Changes, Edit, Edited, Words, told
+from adaptbot_cli.adapters.tables.words import cell, count, indented
+from adaptbot_cli.core.changes import Changes, Edited, ValueChange, Words, by_thing
 
 _SIGNS = {"added": ("+", "green"), "removed": ("-", "red"), "changed": ("~", "yellow")}
 _WHOLE = {"added": "new", "removed": "gone", "changed": ""}
@@ -15,7 +15,7 @@ _MOST_SHOWN = 40
 
 def difference(changes: Changes, words: Words, most: int | None = None) -> RenderableType:
     """Show a change by thing; of more than `most` things only the first, the rest counted."""
-    things = told(changes.delta, words)
+    things = by_thing(changes.delta, words)
     shown = things if most is None else things[:most]
     parts: list[RenderableType] = []
     for thing in shown:
@@ -25,7 +25,7 @@ def difference(changes: Changes, words: Words, most: int | None = None) -> Rende
     for entry in changes.entries:
         sign, style = _SIGNS[entry.sign]
         parts.append(
-            Text.assemble((f"{sign} ", style), said(f"{entry.file}: {entry.name}"), " ", entry.sign)
+            Text.assemble((f"{sign} ", style), cell(f"{entry.file}: {entry.name}"), " ", entry.sign)
         )
     parts.append(summary(changes, things))
     return Group(*parts)
@@ -51,14 +51,14 @@ def summary(changes: Changes, things: Sequence[Edited]) -> Text:
 def _title(thing: Edited, words: Words) -> Text:
     sign, style = _SIGNS[thing.sign]
     word = _WHOLE[thing.sign]
-    title = Text.assemble((f"{sign} ", style), said(words.name(thing.entity), "bold"))
+    title = Text.assemble((f"{sign} ", style), cell(words.name(thing.entity), "bold"))
     return title + Text(f"  {word}", style) if word else title
 
 
-def _row(edit: Edit, words: Words) -> tuple[Text, ...]:
+def _row(edit: ValueChange, words: Words) -> tuple[Text, ...]:
     sign, style = _SIGNS[edit.sign]
     values = [words.value(value) for value in (edit.old, edit.new) if value is not None]
-    return Text(sign, style), said(words.label(edit.predicate), "dim"), said(" → ".join(values))
+    return Text(sign, style), cell(words.label(edit.predicate), "dim"), cell(" → ".join(values))
 
 
 def patch_notes(changes: Changes) -> Iterator[str]:
@@ -69,7 +69,7 @@ def patch_notes(changes: Changes) -> Iterator[str]:
 
 def verdicts(changed: Iterable[tuple[str, str, str]]) -> RenderableType:
     """Show which tasks' library plans are judged otherwise."""
-    rows = [(said(task), said(f"{old} → {new}")) for task, old, new in changed]
+    rows = [(cell(task), cell(f"{old} → {new}")) for task, old, new in changed]
     if not rows:
         return Text("no plan of the library is judged otherwise", "dim")
     title = Text(f"{count(len(rows), 'plan')} of the library would be judged otherwise", "yellow")

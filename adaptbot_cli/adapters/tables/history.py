@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from adaptbot_cli.adapters.tables.changes import difference
-from adaptbot_cli.adapters.tables.words import count, indented, joined, minute, said
+from adaptbot_cli.adapters.tables.words import cell, count, indented, joined, minute
 from adaptbot_cli.core.changes import Words
 from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id
 from adaptbot_cli.core.terms import Triple
@@ -50,18 +50,18 @@ def _head(chapter: Chapter) -> RenderableType:
     first = Text.assemble((origin.revision[:7], "yellow"), f"  {minute(origin.when)}  ", told)
     if chapter.answers:
         return first
-    return Group(first, indented([(said(origin.subject, "bold"),)]))
+    return Group(first, indented([(cell(origin.subject, "bold"),)]))
 
 
 def _answers(chapter: Chapter) -> Iterable[tuple[Text, ...]]:
     for told, sentence in zip(chapter.answers, chapter.sentences, strict=True):
         number = answer_id(chapter.origin.revision, told.number)
-        yield Text(number, "dim"), said(sentence) + _likely(told.suggestion)
+        yield Text(number, "dim"), cell(sentence) + _likely(told.suggestion)
 
 
 def _likely(reason: str) -> Text:
     """Say that a likely answer was taken as it stood: nobody said so in their own words."""
-    return said(f"  accepted suggestion, {reason}", "yellow") if reason else Text()
+    return cell(f"  accepted suggestion, {reason}", "yellow") if reason else Text()
 
 
 def _beside(chapter: Chapter) -> Text | None:
@@ -71,7 +71,7 @@ def _beside(chapter: Chapter) -> Text | None:
     more = len(delta.added) + len(delta.removed) - told
     entries = [f"{entry.file}: {entry.name} {entry.sign}" for entry in chapter.changes.entries]
     parts = [*([f"{count(more, 'fact')} edited by hand"] if more > 0 else []), *entries]
-    return said(f"and {', '.join(parts)}", "dim") if parts else None
+    return cell(f"and {', '.join(parts)}", "dim") if parts else None
 
 
 def why(
@@ -85,7 +85,7 @@ def why(
     for triple, origin in facts.items():
         by_origin.setdefault(origin, []).append(triple)
     ordered = sorted(by_origin, key=lambda origin: (origin.when, origin.answer), reverse=True)
-    parts: list[RenderableType] = [said(name, "bold")]
+    parts: list[RenderableType] = [cell(name, "bold")]
     for origin in ordered:
         triples = sorted(by_origin[origin], key=lambda t: words.order(t[1]))
         parts += [origin_of(origin, words), indented(_fact(t, words) for t in triples)]
@@ -105,13 +105,13 @@ def origin_of(origin: Origin, words: Words) -> RenderableType:
         origin.transcript,
     )
     if origin.source != "answer":
-        lines = [said(_source(origin, words), "cyan")]
+        lines = [cell(_source(origin, words), "cyan")]
         if origin.source in ("import", "git", "hand edit", "revert", "update", "retract"):
-            lines.append(said(origin.subject))
+            lines.append(cell(origin.subject))
     else:
         lines = [
-            Text.assemble(("? ", "cyan"), said(origin.question)),
-            Text.assemble(("> ", "cyan"), said(origin.said), _likely(origin.suggestion)),
+            Text.assemble(("? ", "cyan"), cell(origin.question)),
+            Text.assemble(("> ", "cyan"), cell(origin.said), _likely(origin.suggestion)),
         ]
     last = joined(about)
     return Group(*lines, *([last] if last.plain else []))
@@ -126,7 +126,7 @@ def _source(origin: Origin, words: Words) -> str:
 
 
 def _fact(triple: Triple, words: Words) -> tuple[Text, ...]:
-    return said(words.label(triple[1]), "dim"), said(words.value(triple[2]))
+    return cell(words.label(triple[1]), "dim"), cell(words.value(triple[2]))
 
 
 def _past(past: Sequence[Turnover], words: Words) -> Iterable[tuple[Text, ...]]:
@@ -136,6 +136,6 @@ def _past(past: Sequence[Turnover], words: Words) -> Iterable[tuple[Text, ...]]:
         told = origin.question if origin.source == "answer" else _source(origin, words)
         yield (
             Text(turn.sign, style),
-            said(words.value(turn.triple[2])),
+            cell(words.value(turn.triple[2])),
             joined((origin.answer or origin.revision[:7], minute(origin.when), told)),
         )

@@ -6,7 +6,7 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from adaptbot_cli.adapters.tables.words import count, indented, said
+from adaptbot_cli.adapters.tables.words import cell, count, indented
 
 Plain = dict[str, Any]
 
@@ -17,11 +17,11 @@ def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
     if tasks:
         parts.append(Text.assemble(("tasks", "bold"), (f"  {len(tasks)}", "dim")))
         parts.append(
-            indented((said(task["task"]), said(", ".join(task["needs"]), "dim")) for task in tasks)
+            indented((cell(task["task"]), cell(", ".join(task["needs"]), "dim")) for task in tasks)
         )
     if actions:
         parts.append(Text.assemble(("actions", "bold"), (f"  {len(actions)}", "dim")))
-        parts.append(indented((said(_call(a)), said(a["explain"], "dim")) for a in actions))
+        parts.append(indented((cell(_call(a)), cell(a["explain"], "dim")) for a in actions))
     if not parts:
         parts.append(Text("none are known", "dim"))
     return Group(*parts)
@@ -30,18 +30,18 @@ def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
 def action(told: Plain) -> RenderableType:
     """Show an action: what it takes, what must hold, what it changes."""
     parts: list[RenderableType] = [
-        Text.assemble(said(_call(told), "bold"), "  action"),
-        said(told["explain"]),
+        Text.assemble(cell(_call(told), "bold"), "  action"),
+        cell(told["explain"]),
     ]
     if told["also_called"]:
-        parts.append(said(f"also called {', '.join(told['also_called'])}"))
-    takes = [(said(p["name"]), said(_takes(p), "dim")) for p in told["parameters"]]
+        parts.append(cell(f"also called {', '.join(told['also_called'])}"))
+    takes = [(cell(p["name"]), cell(_takes(p), "dim")) for p in told["parameters"]]
     parts += _part("takes", takes)
-    parts += _part("not possible if", [(said(need["if_not"]),) for need in told["requires"]])
-    parts += _part("warns", [(said(advice),) for advice in told["advises"]])
+    parts += _part("not possible if", [(cell(need["if_not"]),) for need in told["requires"]])
+    parts += _part("warns", [(cell(advice),) for advice in told["advises"]])
     changes = told["changes"]
-    rows = [(Text("-", "red"), said(line, "dim")) for line in changes["removes"]]
-    rows += [(Text("+", "green"), said(line, "dim")) for line in changes["adds"]]
+    rows = [(Text("-", "red"), cell(line, "dim")) for line in changes["removes"]]
+    rows += [(Text("+", "green"), cell(line, "dim")) for line in changes["adds"]]
     parts += _part("changes", rows)
     if not told["effect_known"]:
         parts.append(Text("what it changes is not known", "yellow"))
@@ -66,12 +66,12 @@ def _part(title: str, rows: Sequence[tuple[Text, ...]]) -> list[RenderableType]:
 
 def task(told: Plain, missing: Sequence[str]) -> RenderableType:
     """Show a task: what it needs, what of that is not here, when it is not done."""
-    parts: list[RenderableType] = [Text.assemble(said(told["task"], "bold"), ("  task", "dim"))]
+    parts: list[RenderableType] = [Text.assemble(cell(told["task"], "bold"), ("  task", "dim"))]
     if told["also_called"]:
-        parts.append(said(f"also called {', '.join(told['also_called'])}"))
-    parts += _part("needs", [(said(", ".join(told["needs"])),)])
+        parts.append(cell(f"also called {', '.join(told['also_called'])}"))
+    parts += _part("needs", [(cell(", ".join(told["needs"])),)])
     if missing:
-        parts.append(said(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))
-    parts += _part("not done if", [(said(goal),) for goal in told["done_unless"]])
+        parts.append(cell(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))
+    parts += _part("not done if", [(cell(goal),) for goal in told["done_unless"]])
     command = f'adaptbot run "{told["task"]}"'
-    return Group(*parts, said(f"do it: {command}", "dim"))
+    return Group(*parts, cell(f"do it: {command}", "dim"))

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from adaptbot_cli.adapters.tables.changes import difference
-from adaptbot_cli.adapters.tables.words import count, indented, said
+from adaptbot_cli.adapters.tables.words import cell, count, indented
 from adaptbot_cli.core.changes import Words
 from adaptbot_cli.core.importing import Parcel
 from adaptbot_cli.core.standing import Status, Wrong
@@ -23,29 +23,29 @@ def status(told: Status, words: Words | None) -> RenderableType:
     """Show how a workspace stands: revision, edits with what they change, open runs."""
     revision = f"{told.revision[:7]}  {told.subject}" if told.revision else "none yet"
     rows = [
-        (Text("workspace", "dim"), said(str(told.root))),
-        (Text("domain", "dim"), said(told.domain)),
-        (Text("revision", "dim"), said(revision)),
+        (Text("workspace", "dim"), cell(str(told.root))),
+        (Text("domain", "dim"), cell(told.domain)),
+        (Text("revision", "dim"), cell(revision)),
     ]
     parts: list[RenderableType] = [Padding(indented(rows), 0)]
     if told.revision is None:
         parts.append(Text(f"nothing is kept here yet: the {told.domain} is the bundled one", "dim"))
     elif told.edited:
-        parts.append(said(f"edited by hand, not committed: {', '.join(told.edited)}", "yellow"))
+        parts.append(cell(f"edited by hand, not committed: {', '.join(told.edited)}", "yellow"))
         if told.problem:
-            parts.append(Text("✗ ", "red") + said(told.problem))
+            parts.append(Text("✗ ", "red") + cell(told.problem))
         elif told.changes and words:
             parts.append(Padding(difference(told.changes, words, _MOST_ROWS), (0, 0, 0, 2)))
         else:
             parts.append(Text("  only comments or layout: no fact differs", "dim"))
-        parts += [Text("✗ ", "red") + said(fault) for fault in told.faults]
+        parts += [Text("✗ ", "red") + cell(fault) for fault in told.faults]
         if not told.faults and not told.problem:
             parts.append(Text('commit them with: adaptbot kg commit -m "…"', "dim"))
     else:
         parts.append(Text("no edits: the files are as committed", "dim"))
     if told.waiting:
         parts.append(Text(f"{count(len(told.waiting), 'run')} not ended:", "yellow"))
-        parts.append(indented((said(path.name),) for path in told.waiting))
+        parts.append(indented((cell(path.name),) for path in told.waiting))
     return Group(*parts)
 
 
@@ -56,9 +56,9 @@ def faults(found: Sequence[Wrong]) -> RenderableType:
     parts: list[RenderableType] = []
     for fault in found:
         mark = Text("! ", "yellow") if fault.hint else Text("✗ ", "red")
-        parts.append(mark + said(fault.message))
+        parts.append(mark + cell(fault.message))
         rows = [("in", fault.file), ("from", fault.cause), ("do", fault.remedy)]
-        parts.append(indented((Text(key, "dim"), said(value)) for key, value in rows if value))
+        parts.append(indented((Text(key, "dim"), cell(value)) for key, value in rows if value))
     hints = sum(fault.hint for fault in found)
     counted = ((len(found) - hints, "fault"), (hints, "hint"))
     parts.append(Text(", ".join(count(n, what) for n, what in counted if n), "dim"))
@@ -71,7 +71,7 @@ def rows(
     """Show the solutions of a query."""
     table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0), pad_edge=False)
     for name in names:
-        table.add_column(said(name), overflow="fold")
+        table.add_column(cell(name), overflow="fold")
     for row in found:
         table.add_row(*(_cell(value, prefixes) for value in row))
     return Group(table, Text(count(len(found), "row"), "dim"))
@@ -81,11 +81,11 @@ def _cell(value: Node | None, prefixes: Mapping[str, str]) -> Text:
     if value is None:
         return Text("")
     if isinstance(value, Literal):
-        return said(str(value))
+        return cell(str(value))
     for name, space in prefixes.items():
         if isinstance(value, URIRef) and value.startswith(space) and len(value) > len(space):
-            return said(f"{name}:{value.removeprefix(space)}")
-    return said(str(value))
+            return cell(f"{name}:{value.removeprefix(space)}")
+    return cell(str(value))
 
 
 def parcel(found: Parcel) -> RenderableType:
@@ -98,10 +98,10 @@ def parcel(found: Parcel) -> RenderableType:
     for triple, reason in found.left_out.items():
         reasons.setdefault(reason, []).append(" ".join(map(local, triple)))
     for reason, facts in reasons.items():
-        parts.append(Text("- ", "red") + said(reason))
+        parts.append(Text("- ", "red") + cell(reason))
         shown = [*facts[:4], *([f"… {len(facts) - 4} more"] if len(facts) > 4 else [])]
-        parts.append(indented((said(fact, "dim"),) for fact in shown))
+        parts.append(indented((cell(fact, "dim"),) for fact in shown))
     if found.oddities:
         parts.append(Text(f"{count(len(found.oddities), 'oddity', 'oddities')} of the files:"))
-        parts.append(indented((said(oddity, "dim"),) for oddity in found.oddities))
+        parts.append(indented((cell(oddity, "dim"),) for oddity in found.oddities))
     return Group(*parts)

@@ -12,7 +12,7 @@ _LONGEST = 400
 _INDENT = (0, 0, 0, 2)
 
 
-def said(text: str, style: str = "", longest: int = _LONGEST) -> Text:
+def cell(text: str, style: str = "", longest: int = _LONGEST) -> Text:
     """Return text from outside: never markup, never an escape code, cut to a bearable length."""
     shown = Text(visible(text), style, overflow="fold")
     shown.truncate(longest, overflow="ellipsis")
@@ -21,7 +21,7 @@ def said(text: str, style: str = "", longest: int = _LONGEST) -> Text:
 
 def joined(parts: Iterable[str], style: str = "dim") -> Text:
     """Return what is told of something in one line, what is empty left out."""
-    return said(" · ".join(part for part in parts if part), style)
+    return cell(" · ".join(part for part in parts if part), style)
 
 
 def minute(when: str) -> str:

@@ -13,7 +13,7 @@ from adaptbot_cli.adapters.terminal.menu import BACK, Keys
 from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.adapters.terminal.words import shown
 from adaptbot_cli.core.acting.draft import signature
-from adaptbot_cli.core.editing import Edit, Line, called, edited, lines
+from adaptbot_cli.core.editing import Edit, EditableCall, called, edited, lines
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.questions import Choice
@@ -58,10 +58,10 @@ def ask_for_edit(turn: Amend, console: Console, rejects: bool) -> tuple[Edit | N
             return None, "no"
         edit = _ASK[picked](turn, there, console)
         if edit is not None:
-            return edit, _said(edit, there)
+            return edit, _describe(edit, there)
 
 
-def _replace(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
+def _replace(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
     line = _which("Replace which step?", there, out)
     if line is None:
         return None
@@ -69,12 +69,12 @@ def _replace(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     return Edit("replace", line.number, text=text) if text else None
 
 
-def _drop(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
+def _drop(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
     line = _which("Drop which step?", there, out)
     return None if line is None else Edit("drop", line.number)
 
 
-def _insert(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
+def _insert(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
     step = _place("Insert it before which step?", turn, there, out)
     if step is None:
         return None
@@ -82,7 +82,7 @@ def _insert(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     return Edit("insert", step, text=text) if text else None
 
 
-def _move(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
+def _move(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
     line = _which("Move which step?", there, out)
     to = None if line is None else _place("To before which step?", turn, there, out)
     if line is None or to is None:
@@ -94,7 +94,7 @@ def _move(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
     return None
 
 
-def _reject(turn: Amend, there: Sequence[Line], out: Console) -> Edit | None:
+def _reject(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
     reason = canvas.line("What is wrong with it? (Enter alone: back)", out, "", lambda _: "")
     return Edit("reject", text=reason) if reason else None
 
@@ -109,14 +109,14 @@ _ASK = {
 _OF_A_STEP = frozenset({"replace", "drop", "move"})
 
 
-def _which(text: str, there: Sequence[Line], out: Console) -> Line | None:
+def _which(text: str, there: Sequence[EditableCall], out: Console) -> EditableCall | None:
     """One of the steps that the plan writes; None for back."""
     choices = [_choice(line) for line in there]
     picked = canvas.ask(Picker(text, "back", choices=choices, numbered=True), out, follows=True)
     return next((line for line in there if picked and str(line.number) == picked.value), None)
 
 
-def _place(text: str, turn: Amend, there: Sequence[Line], out: Console) -> int | None:
+def _place(text: str, turn: Amend, there: Sequence[EditableCall], out: Console) -> int | None:
     """Before which step something goes: one more than the last for the end; None for back."""
     end = len(turn.report.steps) + 1
     choices = [*(_choice(line) for line in there), Choice(str(end), "at the end")]
@@ -124,7 +124,7 @@ def _place(text: str, turn: Amend, there: Sequence[Line], out: Console) -> int |
     return None if picked is None else int(picked.value)
 
 
-def _choice(line: Line) -> Choice:
+def _choice(line: EditableCall) -> Choice:
     return Choice(str(line.number), f"{line.number}  {line.call.render()}")
 
 
@@ -167,7 +167,7 @@ class Names(Completer):
                 yield Completion(name, -len(start), display=told)
 
 
-def _said(edit: Edit, there: Sequence[Line]) -> str:
+def _describe(edit: Edit, there: Sequence[EditableCall]) -> str:
     calls = {line.number: line.call.render() for line in there}
     step = f"{edit.step}  {calls.get(edit.step, '')}".strip()
     match edit.kind:

@@ -54,7 +54,7 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Edit:
+class TypedValue:
     """The person wants to pick or write the value of an entry, and has typed its beginning."""
 
     row: int
@@ -200,7 +200,7 @@ class Form(Menu):
         self.at = int(number) - 1
         question = self.entries[self.at].question
         if question.kind != "attribute":
-            return Edit(self.at, value.strip())
+            return TypedValue(self.at, value.strip())
         return self.pressed(value.strip()[:1]) if value.strip() else OPEN
 
     def pressed(self, key: str) -> Any:
@@ -214,7 +214,7 @@ class Form(Menu):
             entry.value, entry.reason = UNKNOWN if entry.given else "", ""
             entry.told = entry.told or bool(entry.given)
         elif key != "c-u" and entry.question.kind != "attribute":
-            return Edit(self.at, key)
+            return TypedValue(self.at, key)
         elif key.lower() in _ANSWERS:
             self.fill(self.at, _ANSWERS[key.lower()])
         return OPEN
@@ -224,7 +224,7 @@ class Form(Menu):
         if not lacking:
             return with_rest
         if self.at in lacking and self.entries[self.at].question.kind != "attribute":
-            return Edit(self.at)
+            return TypedValue(self.at)
         self.at = lacking[0]
         self.note = "this is still to be answered; d: I don't know"
         return OPEN

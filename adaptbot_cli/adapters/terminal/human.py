@@ -131,10 +131,10 @@ class TerminalHuman:
         """Show everything learned, and ask whether to keep it, which part, or what to correct."""
         if not lessons:
             return True
-        from adaptbot_cli.adapters.terminal.review import TITLE, Review
+        from adaptbot_cli.adapters.terminal.review import TITLE, ReviewList
 
         there = {lesson.question.key for lesson in lessons}
-        review = Review(lessons=lessons, left_out=self.left_out & there)
+        review = ReviewList(lessons=lessons, left_out=self.left_out & there)
         try:
             said = canvas.ask(review, self.console)
         except KeyboardInterrupt:
@@ -269,7 +269,7 @@ class TerminalHuman:
 
     def _fill(self, needed: Sequence[Question], offered: Sequence[Question]) -> bool | None:
         """Have a form filled in; None if the person goes back."""
-        from adaptbot_cli.adapters.terminal.form import BACK, Edit, Form
+        from adaptbot_cli.adapters.terminal.form import BACK, Form, TypedValue
 
         form = Form.of(needed, offered, self.cursor)
         self.cursor = None
@@ -278,7 +278,7 @@ class TerminalHuman:
         while True:
             try:
                 said = canvas.ask(form, self.console, follows=edited)
-                if isinstance(said, Edit):
+                if isinstance(said, TypedValue):
                     self._edit(form, said.row, said.typed)
                     edited = True
                     continue

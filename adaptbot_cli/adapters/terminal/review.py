@@ -16,7 +16,7 @@ TITLE = "Keep this?"
 
 
 @dataclass
-class Review(Menu):
+class ReviewList(Menu):
     """The lessons of a run, each ticked until the person unticks it.
 
     The answer is True to keep all, False to keep nothing, else what is made of it. `went` are, for

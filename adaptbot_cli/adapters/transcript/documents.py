@@ -80,7 +80,7 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
             asks = [question.prop for question in turn.questions]
             return {"turn": "offer", "about": turn.questions[0].about, "asks": asks}
         case Given():
-            return {"turn": "given", **told_of_key(turn.question.key), "answer": turn.answer.value}
+            return {"turn": "given", **key_fields(turn.question.key), "answer": turn.answer.value}
         case Learned():
             return {"turn": "learned", **_lesson(turn.lesson, kg)}
         case Executed():
@@ -109,10 +109,10 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
 
 def _question(question: Question) -> Document:
     notes = {"notes": list(question.notes)} if question.notes else {}
-    return {**told_of_key(question.key), "text": question.text, **notes}
+    return {**key_fields(question.key), "text": question.text, **notes}
 
 
-def told_of_key(key: Key) -> Document:
+def key_fields(key: Key) -> Document:
     """Return what tells a question from others: its kind, what it is about, the property."""
     told = dict(zip(("kind", "about", "prop", "subject"), key, strict=True))
     return {k: v for k, v in told.items() if v and (k, v) != ("subject", "item")}
@@ -126,7 +126,7 @@ def key_of(told: Any) -> Key | None:
     return kind, about, prop, str(told.get("subject", "item"))
 
 
-def said(value: object) -> str:
+def answer_text(value: object) -> str:
     """Return an answer as it is meant: YAML reads a bare yes as true."""
     return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
 
@@ -162,7 +162,7 @@ def fact(triple: Triple, kg: Kg) -> str:
     return " ".join(local(node) for node in triple)
 
 
-def told_of_reply(turn: Turn, reply: object, kg: Kg) -> Document:
+def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
     """Return what a document tells of a turn's reply."""
     match reply:
         case Proposal():
@@ -175,7 +175,7 @@ def told_of_reply(turn: Turn, reply: object, kg: Kg) -> Document:
             prompt = {"prompt": reply.prompt} if reply.prompt else {}
             return {**prompt, **thought, "reply": reply.text, **calls, **spent, **cost, **failed}
         case Answer():
-            to = {"to": told_of_key(reply.to)} if reply.to is not None else {}
+            to = {"to": key_fields(reply.to)} if reply.to is not None else {}
             taken = {"suggestion": reply.suggestion} if reply.suggestion else {}
             return {"answer": reply.value, **taken, **to, **_last(reply), **_by(reply)}
         case Edit():
@@ -184,8 +184,8 @@ def told_of_reply(turn: Turn, reply: object, kg: Kg) -> Document:
             return _offered(turn, reply)
         case Reviewed():
             if reply.back is not None:
-                return {"back": told_of_key(reply.back)}
-            left_out = [told_of_key(key) for key in sorted(reply.left_out)]
+                return {"back": key_fields(reply.back)}
+            left_out = [key_fields(key) for key in sorted(reply.left_out)]
             return {"kept": True, **({"left_out": left_out} if left_out else {})}
         case Seen():
             return _seen(reply, kg)
@@ -251,7 +251,7 @@ def _offered(turn: Offer, answers: tuple[Answer, ...]) -> Document:
     """What was told of an offer; that the person went back or stopped is told once."""
     for answer in answers:
         if answer.to is not None:
-            return {"answers": {}, "back": told_of_key(answer.to)}
+            return {"answers": {}, "back": key_fields(answer.to)}
     given = [
         (question.prop, answer)
         for question, answer in zip(turn.questions, answers, strict=False)

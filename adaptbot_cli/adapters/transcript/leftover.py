@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from adaptbot_cli.adapters.transcript.documents import Document, key_of, said
+from adaptbot_cli.adapters.transcript.documents import Document, answer_text, key_of
 from adaptbot_cli.adapters.transcript.memory import Memory
 from adaptbot_cli.adapters.transcript.reading import has_end, header_in, parse_cut, text_of
 from adaptbot_cli.core.names import normal
@@ -92,7 +92,7 @@ def _left_over(path: Path, header: Document, turns: list[Document], since: set[K
 def _unknown(turns: list[Document]) -> Iterator[Key]:
     for turn in turns:
         key = key_of(turn)
-        if turn["turn"] == "ask" and key is not None and said(turn.get("answer")) == UNKNOWN:
+        if turn["turn"] == "ask" and key is not None and answer_text(turn.get("answer")) == UNKNOWN:
             yield key
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.adapters.transcript.documents import (
     Document,
+    answer_text,
     edit_of,
     finding_text,
     key_of,
-    said,
     suggestion_of,
 )
 from adaptbot_cli.core.editing import EDITS, Edit
@@ -97,7 +97,7 @@ class Memory:
 
     def _take_answer(self, document: Document) -> None:
         key = key_of(document)
-        value = said(document.get("answer", LATER.value))
+        value = answer_text(document.get("answer", LATER.value))
         if value == "back":
             self._reopen(key_of(document.get("to")))
         elif key is not None and value not in (LATER.value, STOP.value):
@@ -113,7 +113,7 @@ class Memory:
             return
         self.offers.add(about)
         for prop, value in (document.get("answers") or {}).items():
-            given = _answer(said(value), document, str(prop))
+            given = _answer(answer_text(value), document, str(prop))
             for kind in (kind for kind, spec in KINDS.items() if spec.together):
                 self.answers[(kind, about, str(prop), "item")] = given
 
@@ -208,10 +208,10 @@ class RememberingHuman:
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
         """Ask: a review is only over with the run."""
-        said = self.human.review(lessons)
-        if isinstance(said, Reviewed):
-            self._forget(said.back)
-        return said
+        answer_text = self.human.review(lessons)
+        if isinstance(answer_text, Reviewed):
+            self._forget(answer_text.back)
+        return answer_text
 
     def _forget(self, key: Key | None) -> None:
         """Leave a question that the person goes back to for the person to answer."""

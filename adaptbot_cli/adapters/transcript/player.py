@@ -7,11 +7,11 @@ from typing import Any
 
 from adaptbot_cli.adapters.transcript.documents import (
     Document,
+    answer_text,
     describe,
     edit_of,
     finished,
     key_of,
-    said,
     seen_of,
     suggestion_of,
 )
@@ -127,7 +127,7 @@ class Player:
 
     def ask(self, question: Question) -> Answer:
         """Give the recorded answer."""
-        value = said(self._given("answer"))
+        value = answer_text(self._given("answer"))
         to = key_of(self._given("to")) if value == "back" else None
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))
         last = self.current.get("last") is True
@@ -141,7 +141,9 @@ class Player:
         given = self.current.get("answers") or {}
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))
         told = [
-            Answer(said(given[q.prop]), by, at, suggestion=suggestion_of(self.current, q.prop))
+            Answer(
+                answer_text(given[q.prop]), by, at, suggestion=suggestion_of(self.current, q.prop)
+            )
             if q.prop in given
             else LATER
             for q in questions

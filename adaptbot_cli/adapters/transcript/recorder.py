@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.transcript.documents import (
     describe,
     dump,
     finished,
-    told_of_reply,
+    reply_fields,
 )
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.questions import LATER
@@ -53,7 +53,7 @@ class Recorder:
         told = describe(turn, self.kg)
         left_as_it_is = isinstance(turn, Amend) and reply is None
         if told is not None and not left_as_it_is:
-            document = {**told, **told_of_reply(turn, reply, self.kg)}
+            document = {**told, **reply_fields(turn, reply, self.kg)}
             if self.signed is not None and _is_signed(document):
                 self.signed()
                 self.signed = None

@@ -19,7 +19,7 @@ UNKNOWN = "adaptbot_world_check"
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class ProtocolCheck:
     """One thing that the protocol asks for: whether it is so, and what was seen instead."""
 
     what: str
@@ -27,15 +27,15 @@ class Checked:
     seen: str = ""
 
 
-def conformance(process: Process) -> Iterator[Checked]:
+def conformance(process: Process) -> Iterator[ProtocolCheck]:
     """Give what a process was seen to do, one by one. It is asked to do nothing that moves it."""
     task = Task("world check", said="world check")
     try:
         seen = process.begin(Begin(task))
     except WorldError as error:
-        yield Checked("it starts, and answers hello with ready", False, str(error))
+        yield ProtocolCheck("it starts, and answers hello with ready", False, str(error))
         return
-    yield Checked("it starts, and answers hello with ready", True)
+    yield ProtocolCheck("it starts, and answers hello with ready", True)
     yield _clean("it tells what it sees by names of this home", seen)
     for number in (1, 2):
         seen = process.act(_unknown(number))
@@ -43,18 +43,22 @@ def conformance(process: Process) -> Iterator[Checked]:
         if number == 2:
             what = "it goes on after a step that failed"
         refused = bool(seen.failed) and not seen.over and process.answered
-        yield Checked(what, refused, "" if refused else seen.failed or "it said that it is done")
+        yield ProtocolCheck(
+            what, refused, "" if refused else seen.failed or "it said that it is done"
+        )
         yield _clean("it answers the step that was asked, and says nothing else", seen)
         if seen.over:
             return
     seen = process.stop(Stop(task, "world check"))
     process.close()
-    yield Checked("it ends when it is told to stop", process.ended_by_itself, "it had to be ended")
+    yield ProtocolCheck(
+        "it ends when it is told to stop", process.ended_by_itself, "it had to be ended"
+    )
     yield _clean("it says nothing wrong at the end", seen)
 
 
-def _clean(what: str, seen: Seen) -> Checked:
-    return Checked(what, not seen.odd, "; ".join(seen.odd))
+def _clean(what: str, seen: Seen) -> ProtocolCheck:
+    return ProtocolCheck(what, not seen.odd, "; ".join(seen.odd))
 
 
 def _unknown(number: int) -> Act:

@@ -278,11 +278,13 @@ class Process:
         observed = self._facts(answer.get("observed"), strange)
         gone = self._facts(answer.get("gone"), strange)
         for fact in sorted(observed & gone):
-            strange.append(f"it says of {_told(fact, self.kg)} that it holds and that it does not")
+            strange.append(
+                f"it says of {_fact_text(fact, self.kg)} that it holds and that it does not"
+            )
         observed, gone = observed - gone, gone - observed
         several = _several(observed, self.kg)
         for fact in sorted(several):
-            strange.append(f"it says several values of {_told(fact, self.kg)}")
+            strange.append(f"it says several values of {_fact_text(fact, self.kg)}")
         seen, wrong = possible(self.kg, expected, Seen("", observed - several, gone))
         strange += [f"it says what cannot be: {each}" for each in wrong]
         return replace(seen, odd=tuple(map(_text, strange[:MOST_ODD])))
@@ -312,7 +314,7 @@ def _several(facts: frozenset[Triple], kg: Kg) -> frozenset[Triple]:
     return frozenset(fact for same in by.values() if len(same) > 1 for fact in same)
 
 
-def _told(fact: Triple, kg: Kg) -> str:
+def _fact_text(fact: Triple, kg: Kg) -> str:
     return " ".join(map(str, named(fact, kg)))
 
 

@@ -89,7 +89,7 @@ def cores(option: int | None) -> int:
     return option or os.cpu_count() or 1
 
 
-def tell_graphs(settings: dict[str, Any], json: bool) -> None:
+def show_graphs(settings: dict[str, Any], json: bool) -> None:
     """Say on stderr, before the first trial, on which graphs it all runs."""
     if json:
         return  # the report says it

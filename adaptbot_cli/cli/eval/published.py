@@ -67,6 +67,6 @@ def published(
     )
     experiments = of_published(series, setting, workspace(workspace_dir))
     told = together(experiments)
-    options.tell_graphs(told, json)
+    options.show_graphs(told, json)
     trials = carry_out(experiments, None)
     options.show(report(told, trials), json, plot)

@@ -111,8 +111,8 @@ def run(
     )
     rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)
     experiment = prepare(setting, rows, home)
-    _tell_skipped(experiment)
-    options.tell_graphs(experiment.settings(), json)
+    _show_skipped(experiment)
+    options.show_graphs(experiment.settings(), json)
     trials = carry_out([experiment], results)
     options.show(report(experiment.settings(), trials), json, plot)
 
@@ -126,7 +126,7 @@ def _planner(model: str, home: "Workspace", api_base: str | None) -> tuple[str, 
     return chosen.model or LIBRARY, chosen.api_base
 
 
-def _tell_skipped(experiment: "Experiment") -> None:
+def _show_skipped(experiment: "Experiment") -> None:
     if experiment.skipped:
         told = ", ".join(f"{n} of {name}" for name, n in sorted(experiment.skipped.items()))
         typer.echo(f"left out, as they are of other domains: {told}", err=True)

@@ -9,7 +9,7 @@ from adaptbot_cli.cli.common import console, print_json, terminal
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
-    from adaptbot_cli.session.changing import Proposal
+    from adaptbot_cli.session.changing import ProposedChange
     from adaptbot_cli.session.knowing import Home
 
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before committing.")]
@@ -18,7 +18,7 @@ DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the change; 
 
 def carry_out(
     home: "Home",
-    proposal: "Proposal",
+    proposal: "ProposedChange",
     *,
     yes: bool,
     dry_run: bool = False,
@@ -37,7 +37,7 @@ def carry_out(
     from rich.text import Text
 
     from adaptbot_cli.adapters.tables.changes import preview
-    from adaptbot_cli.adapters.tables.words import said
+    from adaptbot_cli.adapters.tables.words import cell
     from adaptbot_cli.core.changes import as_json
     from adaptbot_cli.session import changing
 
@@ -48,7 +48,7 @@ def carry_out(
     else:
         out.print(Text("nothing would change: there is nothing left of it", "dim"))
     for note in proposal.notes:
-        out.print(Text("! ", "yellow") + said(note))
+        out.print(Text("! ", "yellow") + cell(note))
     if more is not None:
         out.print(more)
     revision = None

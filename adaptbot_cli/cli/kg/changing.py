@@ -16,7 +16,7 @@ from adaptbot_cli.cli.common import (
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
-    from adaptbot_cli.session.changing import Proposal
+    from adaptbot_cli.session.changing import ProposedChange
     from adaptbot_cli.session.knowing import Home
 
 
@@ -71,7 +71,9 @@ def revert(
     return _taken_back(home, proposal, yes, dry_run, json)
 
 
-def _taken_back(home: "Home", proposal: "Proposal", yes: bool, dry_run: bool, json: bool) -> int:
+def _taken_back(
+    home: "Home", proposal: "ProposedChange", yes: bool, dry_run: bool, json: bool
+) -> int:
     """Carry out that something is taken back; name the plans that are judged otherwise then."""
     from adaptbot_cli.adapters.tables.changes import verdicts
     from adaptbot_cli.session import changing
@@ -132,14 +134,14 @@ def add(
     """
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.words import count, said
+    from adaptbot_cli.adapters.tables.words import cell, count
     from adaptbot_cli.session.teaching import teach
 
     home = home_of(workspace_dir, domain)
     added = teach(home, name, answers, terminal(), yes, dry_run)
     out = console()
     for lesson in added.lessons:
-        out.print(Text("✓ ", "green") + said(lesson.sentence))
+        out.print(Text("✓ ", "green") + cell(lesson.sentence))
     if added.revision:
         told = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
         out.print(Text(told, "dim"))

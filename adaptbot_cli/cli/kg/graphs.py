@@ -35,7 +35,7 @@ class Format(StrEnum):
     xml = "xml"
 
 
-class Part(StrEnum):
+class GraphName(StrEnum):
     """Which of the two graphs."""
 
     attribute = "attribute"
@@ -105,8 +105,8 @@ def _show(answer: "Answered", home: "Home", json: bool) -> None:
 def export(
     form: Annotated[Format, typer.Option("--format", help="How it is written.")] = Format.turtle,
     graph: Annotated[
-        Part, typer.Option("--graph", help="What things are, how they are now, or both.")
-    ] = Part.merged,
+        GraphName, typer.Option("--graph", help="What things are, how they are now, or both.")
+    ] = GraphName.merged,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
     ] = None,

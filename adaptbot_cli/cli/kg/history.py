@@ -66,7 +66,7 @@ def diff(
 
     from adaptbot_cli.adapters.store.turtle import engine_term
     from adaptbot_cli.adapters.tables.changes import difference, patch_notes
-    from adaptbot_cli.adapters.tables.words import said
+    from adaptbot_cli.adapters.tables.words import cell
     from adaptbot_cli.core.changes import as_json, as_update
     from adaptbot_cli.session.knowing import differences
 
@@ -80,7 +80,7 @@ def diff(
         typer.echo(as_update(changes.delta, lambda node: str(engine_term(node))), nl=False)
     else:
         out = console()
-        out.print(Text.assemble(said(before, "yellow"), " → ", said(after, "yellow")))
+        out.print(Text.assemble(cell(before, "yellow"), " → ", cell(after, "yellow")))
         out.print(difference(changes, words))
 
 

@@ -62,7 +62,7 @@ def sync(
             }
         )
     else:
-        _tell(came, remote)
+        _show(came, remote)
     return STILL_OPEN if came.open else 0
 
 
@@ -104,7 +104,7 @@ def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None
 
 
 def _exchanged(came: "Exchange", json: bool) -> int:
-    from adaptbot_cli.adapters.tables.words import count, said
+    from adaptbot_cli.adapters.tables.words import cell, count
 
     for told in came.notes:
         note(f"left out: {told}")
@@ -115,11 +115,11 @@ def _exchanged(came: "Exchange", json: bool) -> int:
         }
         print_json({**plain, "open": [plain_question(question) for question in came.open]})
     elif came.open:
-        tell_conflicts(came.open, "adaptbot kg pull")
+        show_conflicts(came.open, "adaptbot kg pull")
     else:
         sizes = [len(delta.added) + len(delta.removed) for delta in (came.came, came.sent)]
         told = f"{count(sizes[0], 'fact')} came, {sizes[1]} sent"
-        console().print(said(f"✓ {told}" if any(sizes) else "✓ nothing new"))
+        console().print(cell(f"✓ {told}" if any(sizes) else "✓ nothing new"))
     return STILL_OPEN if came.open else 0
 
 
@@ -138,34 +138,34 @@ def plain_question(question: Any) -> dict[str, Any]:
     }
 
 
-def tell_conflicts(conflicts: Any, command: str) -> None:
+def show_conflicts(conflicts: Any, command: str) -> None:
     """Show answers of which one can stand, with who gave each, and how to settle them."""
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.words import count, said
+    from adaptbot_cli.adapters.tables.words import cell, count
 
     out = console()
     for question in conflicts:
         sides = " or ".join(f"{c.label} ({c.then})" for c in question.choices[:2])
-        out.print(Text("? ", "cyan") + said(f"{question.text} {sides}"), soft_wrap=True)
+        out.print(Text("? ", "cyan") + cell(f"{question.text} {sides}"), soft_wrap=True)
     told = f"{count(len(conflicts), 'conflict')} to settle, until then nothing is merged; say at a "
-    out.print(said(f"{told}terminal, or with --answers FILE: {command}", "dim"), soft_wrap=True)
+    out.print(cell(f"{told}terminal, or with --answers FILE: {command}", "dim"), soft_wrap=True)
 
 
-def _tell(came: Any, remote: str) -> None:
+def _show(came: Any, remote: str) -> None:
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.words import said
+    from adaptbot_cli.adapters.tables.words import cell
 
     out = console()
     for lesson in came.settled:
-        out.print(Text("✓ ", "green") + said(lesson.sentence))
+        out.print(Text("✓ ", "green") + cell(lesson.sentence))
     if came.open:
-        tell_conflicts(came.open, f"adaptbot kg sync {remote}")
+        show_conflicts(came.open, f"adaptbot kg sync {remote}")
         return
     moved = came.before != came.revision
     told = f"now at {came.revision[:7]}" if came.revision else "nothing is there yet"
     told = told if moved else f"nothing new from {remote}"
     told += f", sent to {remote}" if came.sent else ""
     hint = f"; adaptbot kg diff {came.before[:7]} tells what came" if moved and came.before else ""
-    out.print(Text("✓ ", "green") + said(f"{told}{hint}"))
+    out.print(Text("✓ ", "green") + cell(f"{told}{hint}"))

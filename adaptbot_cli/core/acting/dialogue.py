@@ -20,7 +20,7 @@ from adaptbot_cli.core.acting.picking import (
     TAKES,
     examples,
     put_together,
-    said_of,
+    words_of,
 )
 from adaptbot_cli.core.acting.taking import drafted, taking
 from adaptbot_cli.core.acting.writing import called, written
@@ -34,7 +34,7 @@ from adaptbot_cli.core.questions import FIXED, LATER, YES, Answer, Choice, Key, 
 
 NONE = "none"
 
-Talk = Generator[Question, str, "Taught | None"]
+Talk = Generator[Question, str, "TaughtAction | None"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Unknown:
 
 
 @dataclass(frozen=True, slots=True)
-class Taught:
+class TaughtAction:
     """What a dialogue has come to: the action as it is from now on, its facts, a sentence.
 
     `notes` say in words what was taught; `replaces` is the action as it was before.
@@ -74,15 +74,15 @@ def next_question(
 
 def taught(
     unknown: Unknown, said: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
-) -> Taught | None:
+) -> TaughtAction | None:
     """Return what was taught, None if the dialogue goes on or was left. Raises PackError."""
     found = _played(unknown, said, kg, asked)
-    return found if isinstance(found, Taught) else None
+    return found if isinstance(found, TaughtAction) else None
 
 
 def _played(
     unknown: Unknown, said: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
-) -> Question | Taught | None:
+) -> Question | TaughtAction | None:
     talk = _fixed(unknown, kg) if said == FIXED else _new(unknown, kg)
     try:
         question = next(talk)
@@ -92,7 +92,7 @@ def _played(
                 return None
             question = talk.send(value)
     except StopIteration as end:
-        result: Taught | None = end.value
+        result: TaughtAction | None = end.value
         return result
     return question
 
@@ -138,7 +138,7 @@ def _fixed(unknown: Unknown, kg: Kg) -> Talk:
     known = replace(action, called_as=(*action.called_as, *fixed))
     delta = called(unknown.name, action, fixed, kg)
     notes = (f"{action.name}, always with {values}",)
-    return Taught(known, delta, told, notes, replaces=action)
+    return TaughtAction(known, delta, told, notes, replaces=action)
 
 
 def _which_parameter(
@@ -218,7 +218,7 @@ def _new(unknown: Unknown, kg: Kg) -> Talk:
     new, delta = written(draft, kg)
     changes = ", ".join(change.words for change in draft.changes)
     effect = f": then {changes}" if changes else "; its effect is not known"
-    return Taught(new, delta, f"{unknown.name} is possible{effect}", said_of(draft, {}))
+    return TaughtAction(new, delta, f"{unknown.name} is possible{effect}", words_of(draft, {}))
 
 
 def _hub(unknown: Unknown, draft: Draft, tries: int) -> Question:
@@ -231,4 +231,4 @@ def _hub(unknown: Unknown, draft: Draft, tries: int) -> Question:
         Choice(LATER.value, "ask me later", key="l"),
     )
     question = _question(unknown, "means" if tries == 1 else f"means_{tries}", text, choices)
-    return replace(question, notes=said_of(draft, examples(draft, unknown.call)))
+    return replace(question, notes=words_of(draft, examples(draft, unknown.call)))

@@ -38,7 +38,7 @@ class Need:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class DraftEffect:
     """Something that is different afterwards: a SPARQL update, and what it comes to in `words`.
 
     Of two changes of the same `what` only one can be meant.
@@ -59,7 +59,7 @@ class Draft:
     name: str
     parameters: tuple[Parameter, ...] = ()
     needs: tuple[Need, ...] = ()
-    changes: tuple[Change, ...] = ()
+    changes: tuple[DraftEffect, ...] = ()
     like: str = ""
 
     @property
@@ -77,7 +77,7 @@ class Draft:
             self, needs=(*kept, need), parameters=(*self.parameters, *brought)
         )._without_idle()
 
-    def toggled_change(self, change: Change) -> "Draft":
+    def toggled_change(self, change: DraftEffect) -> "Draft":
         """Return the draft with one change more, or without it if it is there."""
         kept = tuple(c for c in self.changes if c.words != change.words)
         if len(kept) == len(self.changes):
@@ -111,10 +111,13 @@ def from_action(name: str, action: Action, domain: Domain) -> Draft:
     """Return a draft that takes, requires and changes what a known action does."""
     needs = [need_of(part, domain, {}) for part in action.attributes]
     needs += [condition(part, {}) for part in action.conditions]
-    changes: list[Change] = []
+    changes: list[DraftEffect] = []
     if action.effect is not None:
-        words = "; ".join(_said(action, domain)) or f"what {action.name} changes: {action.explain}"
-        changes.append(Change(words, renamed(action.effect.update, {})))
+        words = (
+            "; ".join(_effect_words(action, domain))
+            or f"what {action.name} changes: {action.explain}"
+        )
+        changes.append(DraftEffect(words, renamed(action.effect.update, {})))
     parameters = tuple(_plain(p) for p in action.parameters)
     return Draft(name, parameters, tuple(needs), tuple(changes), action.name)
 
@@ -149,7 +152,7 @@ def state_words(of: str, prop: URIRef, value: Node, domain: Domain) -> str:
     return f"{{{of}}}: {label}" if value == TRUE else f"{{{of}}}: not {label}"
 
 
-def _said(action: Action, domain: Domain) -> Iterable[str]:
+def _effect_words(action: Action, domain: Domain) -> Iterable[str]:
     """The states that an action's effect sets, in words."""
     names = {p.name for p in action.parameters}
     for subject, prop, value in action.effect.inserts if action.effect else ():
@@ -177,7 +180,7 @@ def plain(words: str) -> str:
 
 def in_words(texts: Iterable[str], examples: Mapping[str, str]) -> list[str]:
     """Fill sentences about parameters with the things of an example."""
-    return [text.format_map(_Known(examples)) for text in texts]
+    return [text.format_map(_ExampleNames(examples)) for text in texts]
 
 
 def again(words: str, names: Mapping[str, str]) -> str:
@@ -185,7 +188,7 @@ def again(words: str, names: Mapping[str, str]) -> str:
     return words.format_map({name: f"{{{names.get(name, name)}}}" for name in fields(words)})
 
 
-class _Known(dict[str, str]):
+class _ExampleNames(dict[str, str]):
     """Names of examples; a parameter that has none stands for itself."""
 
     def __missing__(self, name: str) -> str:

@@ -9,8 +9,8 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.acting.draft import (
     UNLESS,
-    Change,
     Draft,
+    DraftEffect,
     Need,
     condition,
     need_of,
@@ -60,7 +60,7 @@ def _conditions(draft: Draft, domain: Domain) -> Iterator[Need]:
                 yield replace(condition(part, names, ask), brings=brings)
 
 
-def changes(draft: Draft, domain: Domain) -> list[Change]:
+def changes(draft: Draft, domain: Domain) -> list[DraftEffect]:
     """Return what may be different after a new action, each once."""
     found = {change.words: change for change in draft.changes}
     for change in (*_new_states(draft, domain), *_moves(draft, domain)):
@@ -68,7 +68,7 @@ def changes(draft: Draft, domain: Domain) -> list[Change]:
     return list(found.values())
 
 
-def _new_states(draft: Draft, domain: Domain) -> Iterator[Change]:
+def _new_states(draft: Draft, domain: Domain) -> Iterator[DraftEffect]:
     spaces = prefixes(domain)
     for parameter, prop in _changeable(draft, domain):
         name, named = parameter.name, short(prop.iri, spaces)
@@ -78,7 +78,7 @@ def _new_states(draft: Draft, domain: Domain) -> Iterator[Change]:
                 f"DELETE {{ ?{name} {named} ?old }} INSERT {{ ?{name} {named} {told} }} "
                 f"WHERE {{ OPTIONAL {{ ?{name} {named} ?old }} }}"
             )
-            yield Change(words, update, f"{name} {prop.iri}")
+            yield DraftEffect(words, update, f"{name} {prop.iri}")
 
 
 def _changeable(draft: Draft, domain: Domain) -> Iterator[tuple[Parameter, Property]]:
@@ -91,7 +91,7 @@ def _changeable(draft: Draft, domain: Domain) -> Iterator[tuple[Parameter, Prope
                 yield parameter, prop
 
 
-def _moves(draft: Draft, domain: Domain) -> Iterator[Change]:
+def _moves(draft: Draft, domain: Domain) -> Iterator[DraftEffect]:
     """To be in the hand, or in another place: all that the action which does so changes."""
     taking = {a.name: _in_hand(a, a.effect.inserts) for a in domain.actions.values() if a.effect}
     putting = {a.name: _in_hand(a, a.effect.deletes) for a in domain.actions.values() if a.effect}
@@ -110,13 +110,13 @@ def _moves(draft: Draft, domain: Domain) -> Iterator[Change]:
 
 def _as(
     action: Action, used: Sequence[Parameter], words: str, draft: Draft, domain: Domain
-) -> Iterator[Change]:
+) -> Iterator[DraftEffect]:
     """The effect of a known action, done to parameters of the draft."""
     for names, brings in _mappings(used, draft, domain):
         if action.effect is not None and not brings:
             update = adapted(action.effect.update, names, {p.name for p in draft.parameters})
             said = words.format(*(f"{{{names[p.name]}}}" for p in used))
-            yield Change(said, update, f"{names[used[0].name]} place")
+            yield DraftEffect(said, update, f"{names[used[0].name]} place")
 
 
 Handled = list[tuple[Parameter, Node]]

@@ -3,7 +3,7 @@
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
 
-from adaptbot_cli.core.acting.draft import Change, Draft, Need, in_words, plain, signature
+from adaptbot_cli.core.acting.draft import Draft, DraftEffect, Need, in_words, plain, signature
 from adaptbot_cli.core.acting.offers import changes, needs
 from adaptbot_cli.core.acting.taking import parameter_of
 from adaptbot_cli.core.kg import Kg
@@ -23,7 +23,7 @@ _TEXTS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class Pick:
     """Something that can be picked: the words people read, and the draft that it leads to."""
 
     label: str
@@ -50,7 +50,7 @@ def put_together(
 
 
 def _question(
-    part: str, draft: Draft, call: Call, offers: Mapping[str, Offer], nth: int
+    part: str, draft: Draft, call: Call, offers: Mapping[str, Pick], nth: int
 ) -> Question:
     choices = [Choice(value, offer.label) for value, offer in offers.items() if offer.there]
     choices += [Choice(value, offer.label) for value, offer in offers.items() if not offer.there]
@@ -61,7 +61,7 @@ def _question(
         unknown = Choice(UNKNOWN, "I don't know, or nothing that I keep track of")
         first = [*first, unknown] if draft.changes else [unknown]
     text = _TEXTS[part].format(f'"{draft.name.replace("_", " ")}"')
-    shown = said_of(draft, examples(draft, call))
+    shown = words_of(draft, examples(draft, call))
     return Question(
         "action",
         draft.name,
@@ -73,24 +73,24 @@ def _question(
     )
 
 
-def _takes(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Offer]:
+def _takes(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Pick]:
     """A parameter less, one that can be left out, or one more of some kind."""
-    found: dict[str, Offer] = {}
+    found: dict[str, Pick] = {}
     for p in draft.visible:
-        found[f"not {p.name}"] = Offer(f"not the {p.name}", draft.without(p.name), there=True)
+        found[f"not {p.name}"] = Pick(f"not the {p.name}", draft.without(p.name), there=True)
         if not p.default:
             told = "must always be named" if p.optional else "can be left out"
             other = [replace(q, optional=not q.optional) if q == p else q for q in draft.parameters]
             leads_to = replace(draft, parameters=tuple(other))
-            found[f"{p.name} {told}"] = Offer(f"the {p.name} {told}", leads_to, there=True)
+            found[f"{p.name} {told}"] = Pick(f"the {p.name} {told}", leads_to, there=True)
     for kind in kg.domain.teachable:
         more = parameter_of(kind, draft.parameters, kg)
         leads_to = replace(draft, parameters=(*draft.parameters, more))
-        found[f"also {more.name}"] = Offer(f"also {a(kind.label)}: the {more.name}", leads_to)
+        found[f"also {more.name}"] = Pick(f"also {a(kind.label)}: the {more.name}", leads_to)
     return found
 
 
-def _requires(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Offer]:
+def _requires(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Pick]:
     there = {need.words: need for need in draft.needs}
     offered = {**there, **{n.words: n for n in needs(draft, kg.domain) if n.words not in there}}
     return {
@@ -99,16 +99,18 @@ def _requires(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Offer
     }
 
 
-def _changes(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Offer]:
+def _changes(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Pick]:
     return {
         plain(c.words): _offer(c, c in draft.changes, draft.toggled_change(c), shown)
         for c in changes(draft, kg.domain)
     }
 
 
-def _offer(part: Need | Change, there: bool, leads_to: Draft, shown: Mapping[str, str]) -> Offer:
+def _offer(
+    part: Need | DraftEffect, there: bool, leads_to: Draft, shown: Mapping[str, str]
+) -> Pick:
     [label] = in_words([part.words], shown)
-    return Offer(f"no longer: {label}" if there else label, leads_to, there)
+    return Pick(f"no longer: {label}" if there else label, leads_to, there)
 
 
 _OFFERS = {TAKES: _takes, REQUIRES: _requires, CHANGES: _changes}
@@ -120,7 +122,7 @@ def examples(draft: Draft, call: Call) -> dict[str, str]:
     return {p.name: arg for p, arg in zip(draft.visible, names, strict=False)}
 
 
-def said_of(draft: Draft, shown: Mapping[str, str]) -> tuple[str, ...]:
+def words_of(draft: Draft, shown: Mapping[str, str]) -> tuple[str, ...]:
     """Say in lines what an action takes, requires and changes, `shown` being an example of it."""
     shown = shown or {p.name: p.name for p in draft.parameters}
     required = in_words([need.words for need in draft.needs], shown)

@@ -17,7 +17,7 @@ from adaptbot_cli.core.domain import (
     Property,
 )
 from adaptbot_cli.core.names import nearest
-from adaptbot_cli.core.pack.entry import Entry, check_message, entries, order_of
+from adaptbot_cli.core.pack.entry import EntryReader, check_message, entries, order_of
 from adaptbot_cli.core.pack.noting import NOTHING, Notes
 from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
 from adaptbot_cli.core.pack.slips import check_effect, check_queries
@@ -56,14 +56,14 @@ def read_action(
     """Read one action, as `read_actions` does, alone. Raises PackError."""
     notes = Notes()
     check_terms(graph, "actions.ttl", notes)
-    entry = Entry.of(graph, "actions.ttl", node, notes)
+    entry = EntryReader.of(graph, "actions.ttl", node, notes)
     action = _action(entry)
     _check_action(entry, action, properties, declared)
     notes.refuse()
     return action
 
 
-def _action(entry: Entry) -> Action:
+def _action(entry: EntryReader) -> Action:
     requires = entry.parts(AB.requires)
     needs = [part for part in requires if part.value(AB.attribute)]
     return Action(
@@ -85,11 +85,11 @@ def _action(entry: Entry) -> Action:
     )
 
 
-def _parameters(entry: Entry) -> tuple[Entry, ...]:
+def _parameters(entry: EntryReader) -> tuple[EntryReader, ...]:
     return entry.listed(AB.parameters) or entry.parts(AB.parameter)
 
 
-def _parameter(entry: Entry) -> Parameter:
+def _parameter(entry: EntryReader) -> Parameter:
     name = entry.text(AB.name)
     if name and not re.fullmatch(r"[a-z][a-z_0-9]*", name):
         problem = f'parameter "{name}": a name has small letters, digits and underscores'
@@ -120,12 +120,12 @@ def _parameter(entry: Entry) -> Parameter:
     )
 
 
-def _select(entry: Entry, predicate: URIRef, name: str) -> str:
+def _select(entry: EntryReader, predicate: URIRef, name: str) -> str:
     what = f'ab:{local(predicate)} of parameter "{name}"'
     return query_of(entry, entry.text(predicate, ""), what, "SELECT", name)
 
 
-def _units(entry: Entry) -> Iterator[tuple[str, float]]:
+def _units(entry: EntryReader) -> Iterator[tuple[str, float]]:
     """The words that a number may carry, written as "hours=60"."""
     for unit in entry.texts(AB.unit):
         word, _, by = unit.partition("=")
@@ -136,7 +136,7 @@ def _units(entry: Entry) -> Iterator[tuple[str, float]]:
             entry.note(problem, 'write it as in "hours=60"')
 
 
-def _attribute(entry: Entry) -> Iterator[AttributeRequirement]:
+def _attribute(entry: EntryReader) -> Iterator[AttributeRequirement]:
     of, value, message = entry.text(AB.of), entry.value(AB.value), entry.text(AB.message)
     if entry.text(AB.ask, ""):
         entry.note("an ab:requires has both ab:attribute and ab:ask", "make two of it")
@@ -147,19 +147,19 @@ def _attribute(entry: Entry) -> Iterator[AttributeRequirement]:
     yield AttributeRequirement(of, entry.iri(AB.attribute), value, message, assume)
 
 
-def _condition(entry: Entry) -> Condition:
+def _condition(entry: EntryReader) -> Condition:
     source = entry.text(AB.ask)
     query = query_of(entry, source, "ab:ask", "ASK")
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
     return Condition(query, entry.text(AB.message), mentions(query), about, source)
 
 
-def _purpose(entry: Entry) -> Condition | None:
+def _purpose(entry: EntryReader) -> Condition | None:
     parts = entry.parts(AB.purpose)
     return _condition(parts[0]) if parts else None
 
 
-def _called_as(entry: Entry) -> Iterator[CalledAs]:
+def _called_as(entry: EntryReader) -> Iterator[CalledAs]:
     value, parameter = entry.value(AB.value), entry.text(AB.parameter)
     if value is None:
         entry.note("an ab:calledAs needs ab:value", "add it, such as true")
@@ -167,7 +167,7 @@ def _called_as(entry: Entry) -> Iterator[CalledAs]:
     yield CalledAs(entry.texts(AB.alias), parameter, value)
 
 
-def _effect(entry: Entry) -> Effect | None:
+def _effect(entry: EntryReader) -> Effect | None:
     text = one_newline(entry.text(AB.effect, ""))
     if not text or refused_dollars(entry, text, "ab:effect"):
         return None
@@ -201,7 +201,7 @@ def _bound_predicates(prefixes: str, where: str) -> frozenset[URIRef]:
 
 
 def _check_action(
-    entry: Entry,
+    entry: EntryReader,
     action: Action,
     properties: Mapping[URIRef, Property],
     declared: Collection[URIRef],
@@ -240,7 +240,7 @@ def _declare(iri: URIRef, declared: Collection[URIRef]) -> str:
     return f"the nearest there is {near[0]}" if near else "declare it there as an rdf:Property"
 
 
-def _check_names(found: Collection[Entry], actions: Mapping[str, Action]) -> None:
+def _check_names(found: Collection[EntryReader], actions: Mapping[str, Action]) -> None:
     """Note every other name that means two actions."""
     owners: dict[str, Action] = dict(actions)
     files = {entry.node: entry for entry in found}

@@ -14,7 +14,7 @@ from adaptbot_cli.core.terms import AB, local
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class EntryReader:
     """One node of a pack's file. Its readers note a fault in `notes` and give a stand-in."""
 
     graph: Graph
@@ -24,7 +24,9 @@ class Entry:
     notes: Notes
 
     @classmethod
-    def of(cls, graph: Graph, file: str, node: Node, notes: Notes, entry: str = "") -> "Entry":
+    def of(
+        cls, graph: Graph, file: str, node: Node, notes: Notes, entry: str = ""
+    ) -> "EntryReader":
         """Return the entry at a node; `entry` is the name under which faults are told."""
         return cls(graph, file, entry or local(node), node, notes)  # type: ignore[arg-type]
 
@@ -98,12 +100,12 @@ class Entry:
         self.note(f"needs a whole number as {_term(predicate)}", "write one, without quotes")
         return None
 
-    def parts(self, predicate: URIRef) -> tuple["Entry", ...]:
+    def parts(self, predicate: URIRef) -> tuple["EntryReader", ...]:
         """Return the nodes below `predicate`, in the order of `order_of`."""
         nodes = [self._part(node) for node in self.graph.objects(self.node, predicate)]
         return tuple(sorted(nodes, key=order_of))
 
-    def listed(self, predicate: URIRef) -> tuple["Entry", ...]:
+    def listed(self, predicate: URIRef) -> tuple["EntryReader", ...]:
         """Return the nodes of the RDF list below `predicate`, in order."""
         head = self.value(predicate)
         if head is None:
@@ -117,11 +119,11 @@ class Entry:
             self.note(f"has a list that never ends as {_term(predicate)}", "write ( … )")
             return ()
 
-    def _part(self, node: Node) -> "Entry":
-        return Entry.of(self.graph, self.file, node, self.notes, self.entry)
+    def _part(self, node: Node) -> "EntryReader":
+        return EntryReader.of(self.graph, self.file, node, self.notes, self.entry)
 
 
-def order_of(entry: Entry) -> tuple[int, str]:
+def order_of(entry: EntryReader) -> tuple[int, str]:
     """Return what entries are sorted by: ab:order, those without last; then their name or text.
 
     The labels of blank nodes differ from one reading of a file to the next, so none is part of it.
@@ -139,14 +141,14 @@ def _term(predicate: URIRef) -> str:
     return f"{prefix}:{local(predicate)}"
 
 
-def entries(graph: Graph, file: str, kind: URIRef, notes: Notes) -> Iterator[Entry]:
+def entries(graph: Graph, file: str, kind: URIRef, notes: Notes) -> Iterator[EntryReader]:
     """Give the entries of a class, sorted by IRI."""
     for node in sorted(graph.subjects(RDF.type, kind), key=str):
         if isinstance(node, URIRef):
-            yield Entry.of(graph, file, node, notes)
+            yield EntryReader.of(graph, file, node, notes)
 
 
-def check_message(entry: Entry, message: str, names: Iterable[str]) -> None:
+def check_message(entry: EntryReader, message: str, names: Iterable[str]) -> None:
     """Make sure that a message of the domain can be filled in."""
     told = f'the message "{message}"'
     try:

@@ -5,7 +5,7 @@ import re
 import pyoxigraph
 
 from adaptbot_cli.core.clock import LONGEST, within
-from adaptbot_cli.core.pack.entry import Entry
+from adaptbot_cli.core.pack.entry import EntryReader
 from adaptbot_cli.core.sparql import (
     bindable,
     dollars,
@@ -18,7 +18,7 @@ from adaptbot_cli.core.sparql import (
 _CORRECT = "correct the query; its prefixes are those of the file"
 
 
-def query_of(entry: Entry, text: str, what: str, form: str, gives: str = "") -> str:
+def query_of(entry: EntryReader, text: str, what: str, form: str, gives: str = "") -> str:
     """Return an entry's query, ready to be asked with bindings; "" if it is not valid.
 
     `gives` is a variable that a SELECT must give values for.
@@ -44,7 +44,7 @@ def query_of(entry: Entry, text: str, what: str, form: str, gives: str = "") -> 
     return bindable(query) if valid(entry, bindable(query), what) is not None else ""
 
 
-def valid(entry: Entry, query: str, what: str) -> tuple[str, ...] | None:
+def valid(entry: EntryReader, query: str, what: str) -> tuple[str, ...] | None:
     """Return the variables that a SELECT gives, none of an ASK; None if the query is not valid, or
     asks more than this graph. Raises EndlessError."""
     if refused_dollars(entry, query, what):
@@ -76,7 +76,7 @@ def _given(query: str) -> tuple[str, ...]:
     return ()
 
 
-def refused_dollars(entry: Entry, query: str, what: str) -> bool:
+def refused_dollars(entry: EntryReader, query: str, what: str) -> bool:
     """Note each variable that is written with a dollar, which could not be bound."""
     found = dict.fromkeys(dollars(query))
     for name in found:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 from rdflib import RDF, RDFS, Graph, URIRef
 
-from adaptbot_cli.core.domain import Domain, Implication, Kind, Property, Start
+from adaptbot_cli.core.domain import Domain, Implication, InitialState, Kind, Property
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.pack.actions import changed, read_actions
-from adaptbot_cli.core.pack.entry import Entry, check_message, entries
+from adaptbot_cli.core.pack.entry import EntryReader, check_message, entries
 from adaptbot_cli.core.pack.noting import Notes
 from adaptbot_cli.core.pack.queries import query_of
 from adaptbot_cli.core.pack.vocabulary import check_terms, check_types
@@ -102,18 +102,18 @@ def _check_effects(domain: Domain, notes: Notes) -> None:
             notes.add(f"actions.ttl, entry {local(action.iri)}", told, remedy)
 
 
-def _the_domain(graph: Graph, notes: Notes) -> Entry:
+def _the_domain(graph: Graph, notes: Notes) -> EntryReader:
     found = sorted(graph.subjects(RDF.type, AB.Domain), key=str)
     if len(found) != 1:
         told = f"needs exactly one entry typed ab:Domain, has {len(found)}"
         notes.add("domain.ttl", told, 'write "a ab:Domain" in the one that names the domain')
     if found:
-        return Entry.of(graph, "domain.ttl", found[0], notes)
+        return EntryReader.of(graph, "domain.ttl", found[0], notes)
     # What a domain lacks that is not there is nothing to tell.
-    return Entry.of(graph, "domain.ttl", AB.Domain, Notes())
+    return EntryReader.of(graph, "domain.ttl", AB.Domain, Notes())
 
 
-def _kind(entry: Entry) -> Kind:
+def _kind(entry: EntryReader) -> Kind:
     supers = _supers(entry.graph, entry.node)
     parents = set(entry.graph.objects(entry.node, RDFS.subClassOf))
     if any(entry.node in _supers(entry.graph, above) for above in supers if above in parents):
@@ -139,7 +139,7 @@ def _supers(graph: Graph, node: URIRef) -> tuple[URIRef, ...]:
     return tuple(dict.fromkeys(iri for iri in found if isinstance(iri, URIRef)))
 
 
-def _asked(entry: Entry) -> Iterator[URIRef]:
+def _asked(entry: EntryReader) -> Iterator[URIRef]:
     if isinstance(entry.node, URIRef):
         yield entry.node
     else:
@@ -147,19 +147,19 @@ def _asked(entry: Entry) -> Iterator[URIRef]:
         entry.note(told, "list properties such as ex:is_fragile, without quotes")
 
 
-def _start(entry: Entry) -> Iterator[Start]:
+def _start(entry: EntryReader) -> Iterator[InitialState]:
     value, prop = entry.value(AB.value), entry.iri(AB.property)
     if value is None:
         entry.note("an ab:starts lacks ab:value", "add it, such as false")
         return
-    yield Start(prop, value, entry.maybe_iri(AB.when))
+    yield InitialState(prop, value, entry.maybe_iri(AB.when))
 
 
 def _properties(graph: Graph, notes: Notes) -> dict[URIRef, Property]:
     return {e.node: _property(e) for e in entries(graph, "domain.ttl", RDF.Property, notes)}
 
 
-def _property(entry: Entry) -> Property:
+def _property(entry: EntryReader) -> Property:
     graph = local(entry.iri(AB.graph))
     if graph and graph not in ("attribute", "state"):
         remedy = "ab:attribute is for what lasts, ab:state for what a plan changes"
@@ -179,7 +179,7 @@ def _property(entry: Entry) -> Property:
     )
 
 
-def _implication(entry: Entry) -> Iterator[Implication]:
+def _implication(entry: EntryReader) -> Iterator[Implication]:
     equals, value, prop = entry.value(AB.equals), entry.value(AB.value), entry.iri(AB.property)
     if equals is None or value is None:
         entry.note("an ab:impliedBy needs ab:equals and ab:value", "add them, such as true")
@@ -187,11 +187,11 @@ def _implication(entry: Entry) -> Iterator[Implication]:
     yield Implication(prop, equals, value)
 
 
-def _goals(entry: Entry, predicate: URIRef) -> tuple[Goal, ...]:
+def _goals(entry: EntryReader, predicate: URIRef) -> tuple[Goal, ...]:
     return tuple(goal for part in entry.parts(predicate) for goal in _goal(part))
 
 
-def _goal(entry: Entry) -> Iterator[Goal]:
+def _goal(entry: EntryReader) -> Iterator[Goal]:
     classes = tuple(str(iri) for iri in entry.iris(AB["class"]))
     asks, selects = entry.text(AB.ask, ""), entry.text(AB.select, "")
     if bool(asks) == bool(selects):

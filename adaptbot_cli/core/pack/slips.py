@@ -9,7 +9,7 @@ from rdflib import Literal, URIRef, Variable
 from adaptbot_cli.core.datatypes import DATATYPES, is_value
 from adaptbot_cli.core.domain import Effect, Property
 from adaptbot_cli.core.names import a, misspelt, nearest, sentence_list
-from adaptbot_cli.core.pack.entry import Entry
+from adaptbot_cli.core.pack.entry import EntryReader
 from adaptbot_cli.core.pack.queries import valid
 from adaptbot_cli.core.sparql import prefixed, split_update, used_variables
 from adaptbot_cli.core.terms import AB, Triple, local
@@ -18,7 +18,9 @@ _LIKE = 0.8
 """How alike a variable and a parameter must be spelt for the one to be a slip for the other."""
 
 
-def check_queries(entry: Entry, parameters: Iterable[Entry], names: Collection[str]) -> None:
+def check_queries(
+    entry: EntryReader, parameters: Iterable[EntryReader], names: Collection[str]
+) -> None:
     """Doubt each variable of a condition, or of a parameter's query, that is likely misspelt."""
     terms = (AB.requires, AB.advises, AB.purpose)
     for part in (part for term in terms for part in entry.parts(term)):
@@ -31,7 +33,7 @@ def check_queries(entry: Entry, parameters: Iterable[Entry], names: Collection[s
 
 
 def check_effect(
-    entry: Entry,
+    entry: EntryReader,
     effect: Effect | None,
     names: Collection[str],
     properties: Mapping[URIRef, Property],
@@ -56,14 +58,14 @@ def check_effect(
             _check_value(entry, triple, prop)
 
 
-def _bound(entry: Entry, effect: Effect) -> set[str]:
+def _bound(entry: EntryReader, effect: Effect) -> set[str]:
     """The variables that the WHERE of an effect gives values to."""
     where = split_update(effect.update)[2]
     query = f"{prefixed(entry.graph, where)}SELECT * WHERE {{ {where}\n}}"
     return set(valid(entry, query, "ab:effect") or ())
 
 
-def _check_value(entry: Entry, triple: Triple, prop: Property) -> None:
+def _check_value(entry: EntryReader, triple: Triple, prop: Property) -> None:
     """Note a literal, or a thing, that cannot be a value of its property."""
     value, name = triple[2], local(prop.iri)
     if isinstance(value, Variable) or not prop.range:
@@ -77,7 +79,7 @@ def _check_value(entry: Entry, triple: Triple, prop: Property) -> None:
 
 
 def _check_spelling(
-    entry: Entry, text: str, what: str, names: Collection[str], but: Collection[str] = ()
+    entry: EntryReader, text: str, what: str, names: Collection[str], but: Collection[str] = ()
 ) -> None:
     """Doubt each variable that stands once, and is spelt almost as a parameter is.
 

@@ -60,7 +60,7 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ArgumentList:
     """The arguments behind a parenthesis. `error` says what broke off the reading at `end`."""
 
     args: tuple[str, ...]
@@ -118,7 +118,7 @@ def kept(named: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
     return [(name, arg) for name, arg in named if arg and not arg.lower().endswith(".ttl")]
 
 
-def read_args(text: str, pos: int) -> Reading:
+def read_args(text: str, pos: int) -> ArgumentList:
     """Read the arguments from behind an opening parenthesis up to its closing one.
 
     Never reads past the next parenthesis, quotes aside, that it does not understand.
@@ -131,19 +131,19 @@ def read_args(text: str, pos: int) -> Reading:
         if char == ")":
             said = [arg for arg in args if kept([arg[:2]])]
             names, values, written = zip(*said, strict=True) if said else ((), (), ())
-            return Reading(values, pos + 1, quoted, names=names, written=written)
+            return ArgumentList(values, pos + 1, quoted, names=names, written=written)
         if char == ",":
             pos += 1
             continue
         if char in ("", "\n"):
-            return Reading((), pos, quoted, _UNCLOSED)
+            return ArgumentList((), pos, quoted, _UNCLOSED)
         arg = _argument(text, pos)
         quoted = quoted or arg.quoted
         if arg.error:
-            return Reading((), arg.end, quoted, arg.error)
+            return ArgumentList((), arg.end, quoted, arg.error)
         args.append((*arg.named()[0], arg.written[0]))
         pos = arg.end
-    return Reading((), pos, quoted, "it has hundreds of arguments")
+    return ArgumentList((), pos, quoted, "it has hundreds of arguments")
 
 
 def line_end(text: str, pos: int) -> int:
@@ -171,7 +171,7 @@ def _gap(text: str, pos: int) -> int:
         pos += 1
 
 
-def _argument(text: str, pos: int) -> Reading:
+def _argument(text: str, pos: int) -> ArgumentList:
     named = _KEYWORD.match(text, pos)
     pos = named.end() if named else pos
     names = (named[1] if named else "",)
@@ -184,15 +184,15 @@ def _argument(text: str, pos: int) -> Reading:
     end = match.end() if match else pos
     arg = text[pos:end].strip()
     how = "l" if literal else "n"
-    return Reading((arg,), end, False, _after(text, end, arg), names, (how,))
+    return ArgumentList((arg,), end, False, _after(text, end, arg), names, (how,))
 
 
-def _quoted(text: str, pos: int, names: tuple[str, ...], written: str) -> Reading:
+def _quoted(text: str, pos: int, names: tuple[str, ...], written: str) -> ArgumentList:
     match = _STRINGS[text[pos]].match(text, pos)
     if match is None:
-        return Reading((), pos, True, UNCLOSED_QUOTE)
+        return ArgumentList((), pos, True, UNCLOSED_QUOTE)
     error = _after(text, match.end(), "")
-    return Reading((unescape(match[1]).strip(),), match.end(), True, error, names, (written,))
+    return ArgumentList((unescape(match[1]).strip(),), match.end(), True, error, names, (written,))
 
 
 def _after(text: str, pos: int, bare: str) -> str:
@@ -323,7 +323,7 @@ def is_call(
     anchor: int,
     start: int,
     name: str,
-    reading: Reading,
+    reading: ArgumentList,
     fenced: bool,
     knows: Callable[[str], bool],
 ) -> bool:
@@ -357,7 +357,7 @@ def alternative(text: str, anchor: int, start: int) -> str:
     return (said[1] or said[2]).rstrip(" `*") if said else ""
 
 
-def trailing_condition(text: str, reading: Reading) -> str:
+def trailing_condition(text: str, reading: ArgumentList) -> str:
     """Find the condition behind a call: `clean("pan") if it is dirty`."""
     match = None if reading.error else _TRAILING_IF.match(text, reading.end)
     if match is None:
@@ -366,7 +366,7 @@ def trailing_condition(text: str, reading: Reading) -> str:
     return line.partition("#")[0].strip(" `*")
 
 
-def how_often(text: str, reading: Reading) -> tuple[int, str]:
+def how_often(text: str, reading: ArgumentList) -> tuple[int, str]:
     """Return how often what stands behind a call says it is done, and what says no number."""
     said = None if reading.error else _OFTEN.match(text, reading.end)
     if said is None:
@@ -375,12 +375,12 @@ def how_often(text: str, reading: Reading) -> tuple[int, str]:
     return (count, "") if count else (1, said[0].strip(" `*_([#,;"))
 
 
-def _stands_alone(text: str, anchor: int, start: int, reading: Reading) -> bool:
+def _stands_alone(text: str, anchor: int, start: int, reading: ArgumentList) -> bool:
     behind = _BEHIND.match(text, reading.end)
     return behind is not None and _leads(text, anchor, start)
 
 
-def _ends_line(text: str, anchor: int, start: int, reading: Reading) -> bool:
+def _ends_line(text: str, anchor: int, start: int, reading: ArgumentList) -> bool:
     """Tell whether a line or sentence ends with it behind a colon: "Cut it: slice(egg, knife)"."""
     colon = _COLON.search(text, max(anchor, start - _LOOK), start)
     return colon is not None and bool(_SENTENCE_END.match(text, reading.end))

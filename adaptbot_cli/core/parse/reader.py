@@ -11,8 +11,8 @@ from adaptbot_cli.core.parse.calls import (
     UNCLOSED_QUOTE,
     WRAPPED,
     WRAPPERS,
+    ArgumentList,
     Item,
-    Reading,
     alternative,
     call_name,
     conditional,
@@ -389,7 +389,9 @@ class _Reader:
         known, wraps = self._words.knows, outer.lower() in WRAPPERS and outer != inner
         return not known(outer) and (wraps or (known(inner) and not who))
 
-    def _take(self, start: int, name: str, reading: Reading, condition: str, against: str) -> int:
+    def _take(
+        self, start: int, name: str, reading: ArgumentList, condition: str, against: str
+    ) -> int:
         """Note a call or what is wrong with it; returns the offset behind it."""
         if reading.error and (name != "print" or reading.error == NESTED):
             unclosed = reading.error == UNCLOSED_QUOTE
@@ -418,7 +420,7 @@ class _Reader:
             self._add(Item(start, source, keyworded(name, named), written=written, time=at))
         return time.end() if time else reading.end
 
-    def _makes_receiver(self, start: int, reading: Reading) -> bool:
+    def _makes_receiver(self, start: int, reading: ArgumentList) -> bool:
         """Tell whether this is `robot = Robot()`, and `robot` is what calls are made on."""
         made = _RECEIVER.search(self._text[max(0, start - _LOOK) : start])
         return made is not None and not reading.args and f"{made[1]}." in self._text

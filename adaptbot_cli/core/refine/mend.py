@@ -95,7 +95,7 @@ def mended(report: Report, scene: Scene, parse: Callable[[str], Parsed]) -> Mend
                 out = _failing(report, _IMPOSSIBLE | _TOO_EARLY)
             if not new and not out and not added:
                 break
-            changes += _told(report, new, out, added)
+            changes += _describe(report, new, out, added)
             facts = dict.fromkeys(fact for a in added for fact in a.supposed)
             scene.kg.apply(Delta(added=frozenset(facts)))
             supposed += facts
@@ -263,7 +263,7 @@ def _unknown(bound: Bound, scene: Scene) -> Iterator[Triple]:
             yield entity, need.prop, need.value
 
 
-def _told(
+def _describe(
     report: Report, new: Mapping[int, Call], out: set[int], added: Sequence[_Addition]
 ) -> list[str]:
     steps = report.steps

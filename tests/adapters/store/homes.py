@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.adapters.store.keeper import Keeper, Origin, Start, start
+from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper, WorkspaceStart, start
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Task
@@ -16,14 +16,14 @@ from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.workspace import Workspace
 
 EX = "http://example.org/"
-ORIGIN = Origin("plan library", "t.yaml", lambda: datetime(2025, 1, 1, tzinfo=UTC))
+ORIGIN = CommitSource("plan library", "t.yaml", lambda: datetime(2025, 1, 1, tzinfo=UTC))
 
 
 def ex(name: str) -> URIRef:
     return URIRef(EX + name)
 
 
-def begun(root: Path) -> Start:
+def begun(root: Path) -> WorkspaceStart:
     """Begin a run."""
     first = partial(Workspace(root).first_files, "kitchen")
     return start(root, "kitchen", first, ORIGIN.now)
