@@ -119,8 +119,8 @@ def not_wanted(path: Path, wanted: str, name: str, handle: int) -> KnowledgeErro
     """Return the error of something that is not what is wanted, below an open folder."""
     link = stat.S_ISLNK(os.stat(name, dir_fd=handle, follow_symlinks=False).st_mode)
     if link:
-        told = f"{name} is a symbolic link, and links in a workspace are not followed"
-        return KnowledgeError(f"{path} is not used: {told}; put the {wanted} itself there.")
+        text = f"{name} is a symbolic link, and links in a workspace are not followed"
+        return KnowledgeError(f"{path} is not used: {text}; put the {wanted} itself there.")
     return KnowledgeError(f"{path} is not used: {name} is no {wanted}; move it away.")
 
 

@@ -34,14 +34,14 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
     """
     data = bounded.read_bytes(path, bounded.YAML, piped=True)
     documents = bounded.parse_yaml(bounded.decode(data, path, UsageError), path)
-    told = documents[0] if documents else {}
+    reply = documents[0] if documents else {}
     if (
         len(documents) > 1
-        or not isinstance(told, dict)
-        or not all(isinstance(v, dict) for v in told.values())
+        or not isinstance(reply, dict)
+        or not all(isinstance(v, dict) for v in reply.values())
     ):
         raise UsageError(f"{path} must hold answers by subject: `chives: {{existence: absent}}`")
-    return {normal(str(subject)): answers for subject, answers in told.items()}
+    return {normal(str(subject)): answers for subject, answers in reply.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +65,11 @@ class AnswersHuman:
             UsageError: the answer is none that the question has, or the kind of something that
                 exists is not told.
         """
-        told = self.answers.get(normal(question.about), {})
+        record = self.answers.get(normal(question.about), {})
         keys = {question.kind, _prop(question), _listed(question)} - {""}
         self.asked.setdefault(normal(question.about), set()).update(keys)
-        value = _answer_for(question, told)
-        if value is None and told and question.kind == "kind":
+        value = _answer_for(question, record)
+        if value is None and record and question.kind == "kind":
             raise self._unfit(question, "exists, but its kind is not told", "it can be")
         if value is None:
             return LATER
@@ -89,12 +89,12 @@ class AnswersHuman:
         A subject or key that was misspelt is told with the nearest one that was asked for.
         """
         found = []
-        for subject, told in self.answers.items():
+        for subject, record in self.answers.items():
             keys = self.asked.get(subject)
             if keys is None:
                 found.append(_never(f"{subject}", subject, self.asked))
                 continue
-            found += [_never(f"{subject}, {k}", str(k), keys) for k in told if str(k) not in keys]
+            found += [_never(f"{subject}, {k}", str(k), keys) for k in record if str(k) not in keys]
         return [f"{self.path}: {sentence}" for sentence in found]
 
     def _unfit(self, question: Question, problem: str, there_is: str) -> UsageError:
@@ -109,21 +109,21 @@ class AnswersHuman:
         return self.reviewer(lessons) if self.reviewer else True
 
 
-def _answer_for(question: Question, told: dict[str, Any]) -> object:
+def _answer_for(question: Question, record: dict[str, Any]) -> object:
     """What a file tells of a question; of one that comes again and again, the next of a list.
 
     A new action is what the file makes of it.
     """
-    value = told.get(_prop(question), told.get(question.kind))
+    value = record.get(_prop(question), record.get(question.kind))
     name, nth = _listed(question), question.prop.rpartition("_")[2]
     if question.kind != "action":
         return value
     if value is not None:
         return value[0] if isinstance(value, list) and value else value
-    if name in told:
-        listed = told[name] if isinstance(told[name], list) else [told[name]]
+    if name in record:
+        listed = record[name] if isinstance(record[name], list) else [record[name]]
         return listed[int(nth) - 1] if int(nth) <= len(listed) else "done"
-    return YES if question.prop.startswith("means") and len(told) > 1 else None
+    return YES if question.prop.startswith("means") and len(record) > 1 else None
 
 
 def _prop(question: Question) -> str:
@@ -153,19 +153,19 @@ def _choices(question: Question) -> dict[str, str]:
 
 def _meant(question: Question, value: object) -> str | None:
     """The value of the choice that a person has written, None if it is none."""
-    said = {True: YES, False: NO}[value] if isinstance(value, bool) else str(value).strip()
+    text = {True: YES, False: NO}[value] if isinstance(value, bool) else str(value).strip()
     if question.kind == "value":
-        return None if number_trouble(question.number, said) else said
-    if question.kind == "place" and said.startswith("new "):
-        new = normal(said.removeprefix("new "))
+        return None if number_trouble(question.number, text) else text
+    if question.kind == "place" and text.startswith("new "):
+        new = normal(text.removeprefix("new "))
         return f"new {new}" if new and new not in question.known else None
-    verb, _, named = said.partition(" ")
+    verb, _, named = text.partition(" ")
     if named and verb in (SAME, INSTEAD):
         name = {normal(name): name for name in question.known}.get(normal(named))
         return None if name is None else f"{verb} {name}"
     if not question.choices:
-        return said
+        return text
     words = {"true": YES, "false": NO}
     if question.kind == "existence":
         words = {YES: EXISTS, "true": EXISTS, NO: ABSENT, "false": ABSENT}
-    return _choices(question).get(words.get(said.lower(), normal(said)))
+    return _choices(question).get(words.get(text.lower(), normal(text)))

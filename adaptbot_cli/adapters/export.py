@@ -165,7 +165,7 @@ def _n3(node: Node) -> str:
 
 def as_json(plan: GroundPlan) -> str:
     """Write a plan with all that is known of it: conditions, and what each step changes."""
-    told = {
+    record = {
         "adaptbot": VERSION,
         "task": plan.task,
         "domain": plan.domain,
@@ -183,7 +183,7 @@ def as_json(plan: GroundPlan) -> str:
         ],
         "goal": [*map(_guard_fields, plan.goals)],
     }
-    return json.dumps(told, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(record, indent=2, ensure_ascii=False) + "\n"
 
 
 def _guard_fields(guard: Guard) -> dict[str, Any]:

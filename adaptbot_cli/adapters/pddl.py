@@ -69,17 +69,17 @@ def packed(domain: Path, problem: Path | None, name: str) -> dict[str, bytes]:
     except ImportError:
         raise UsageError(f"reading PDDL needs a parser: {INSTALL}") from None
     texts = [_text(path) for path in (domain, problem) if path]
-    told = " and ".join(str(path) for path in (domain, problem) if path)
+    text = " and ".join(str(path) for path in (domain, problem) if path)
     environment = get_environment()  # its reader works in no other
     strict, environment.error_used_name = environment.error_used_name, False
     try:  # an action may be called as a predicate is; that is warned of
         with warnings.catch_warnings(action="ignore"):
-            read = within(lambda: PDDLReader().parse_problem_string(*texts), told, _SECONDS)
+            read = within(lambda: PDDLReader().parse_problem_string(*texts), text, _SECONDS)
     except EndlessError:
-        raise KnowledgeError(f"{told} could not be read in {_SECONDS} s: make it smaller") from None
+        raise KnowledgeError(f"{text} could not be read in {_SECONDS} s: make it smaller") from None
     except Exception as error:  # its grammar's, and its own checks of types, of many kinds
         reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise KnowledgeError(f"{told} is no PDDL that can be read: {reason}") from None
+        raise KnowledgeError(f"{text} is no PDDL that can be read: {reason}") from None
     finally:
         environment.error_used_name = strict
     return _Pack(name, domain.stem, read, problem.stem if problem else "").files()
@@ -171,15 +171,15 @@ class _Pack:
         for fluent in self._fluents():
             kinds = [_type(parameter.type) for parameter in fluent.signature]
             graph = "attribute" if self._lasts(fluent) else "state"
-            told = normal(fluent.name).replace("_", " ")
+            text = normal(fluent.name).replace("_", " ")
             lines = [
-                f'{_predicate(fluent)} a rdf:Property ; rdfs:label "{told}" ;',
+                f'{_predicate(fluent)} a rdf:Property ; rdfs:label "{text}" ;',
                 f"    ab:graph ab:{graph} ; rdfs:domain {(kinds or ['ex:Type_robot'])[0]} ; "
                 f"rdfs:range {kinds[1] if len(kinds) > 1 else 'xsd:boolean'}",
             ]
-            lines[1] += f' ; ab:functional true ; ab:stateWord "{told}"' if len(kinds) < 2 else ""
+            lines[1] += f' ; ab:functional true ; ab:stateWord "{text}"' if len(kinds) < 2 else ""
             if graph == "attribute":
-                lines[1] += f' ; ab:question "Is it true of {{name}}: {told}?"'
+                lines[1] += f' ; ab:question "Is it true of {{name}}: {text}?"'
             yield "\n".join(lines) + " .\n\n"
 
     def _lasts(self, fluent: Any) -> bool:
@@ -217,9 +217,9 @@ class _Pack:
                 if term.is_parameter_exp():  # what nobody has said of it becomes a question
                     of, prop = names[term.parameter().name], _predicate(formula.fluent())
                     what = f'ab:of "{of}" ; ab:attribute {prop} ; ab:value true'
-            told = _formula_text(formula.args[0] if formula.is_not() else formula, names, shown)
-            told += " must not hold" if formula.is_not() else " must hold"
-            found.append(f'        [ ab:order {order} ; {what} ;\n          ab:message "{told}" ]')
+            text = _formula_text(formula.args[0] if formula.is_not() else formula, names, shown)
+            text += " must not hold" if formula.is_not() else " must hold"
+            found.append(f'        [ ab:order {order} ; {what} ;\n          ab:message "{text}" ]')
         return " ,\n".join(found)
 
     def _effect(self, action: Any, names: "_Names") -> str:
@@ -259,8 +259,8 @@ class _Pack:
                      f'    ex:Name "{normal(thing.name)}" ;']  # fmt: skip
             for fluent in filter(self._lasts, self._fluents()):
                 if fluent.signature[0].type in [*_above(thing.type)]:
-                    told = str(str(fluent(thing)) in true).lower()
-                    lines.append(f"    {_predicate(fluent)} {told} ;")
+                    text = str(str(fluent(thing)) in true).lower()
+                    lines.append(f"    {_predicate(fluent)} {text} ;")
             yield "\n".join([*lines, ".\n\n"])
         yield "ex:TheRobot rdf:type ex:Type_robot ;\n.\n"
 

@@ -31,8 +31,8 @@ def came_of(sitting: Sitting) -> RenderableType:
     kept = f"committed as {sitting.revision[:7]}" if sitting.revision else "not committed"
     learned = f"{_count(len(sitting.lessons), 'lesson')} {kept}" if sitting.lessons else ""
     still = f"{_count(len(sitting.still), 'question')} still open" if sitting.still else ""
-    told = " · ".join(filter(None, (learned or "nothing learned", still)))
-    return Group(*lines, Text(f"  {told}", "dim"))
+    text = " · ".join(filter(None, (learned or "nothing learned", still)))
+    return Group(*lines, Text(f"  {text}", "dim"))
 
 
 def _result(result: Result, sitting: Sitting) -> Text:
@@ -40,19 +40,19 @@ def _result(result: Result, sitting: Sitting) -> Text:
     waits = [each for each in sitting.still if name in each.tasks]
     if result.goal_met and not waits:
         return Text.assemble(("✓ ", "green"), visible(f"{name}: executable, goal met"))
-    told = "executable without what is open" if result.goal_met else _lacking(result)
+    text = "executable without what is open" if result.goal_met else _lacking(result)
     if waits:
-        told += f"; {_count(len(waits), 'question')} open"
+        text += f"; {_count(len(waits), 'question')} open"
     sign = ("! ", "yellow") if result.goal_met else ("✗ ", "red")
-    return Text.assemble(sign, visible(f"{name}: {told}"))
+    return Text.assemble(sign, visible(f"{name}: {text}"))
 
 
 def _lacking(result: Result) -> str:
-    said = "executable, but the goal is not met"
+    text = "executable, but the goal is not met"
     if result.verdict != "executable":
-        said = "not executable"
+        text = "not executable"
     open_ = [*result.report.open, *(result.outcome.unmet if result.outcome else ())]
-    return f"{said}: {open_[0].message}" if open_ else said
+    return f"{text}: {open_[0].message}" if open_ else text
 
 
 def _count(number: int, noun: str) -> str:
@@ -73,5 +73,5 @@ class SittingScreen:
     def replied(self, turn: Turn, reply: object) -> None:
         """Show what was learned."""
         if isinstance(turn, Learned):
-            said = visible(f"learned: {turn.lesson.sentence}")
-            self.console.print(Text.assemble(("✓ ", "green"), said))
+            text = visible(f"learned: {turn.lesson.sentence}")
+            self.console.print(Text.assemble(("✓ ", "green"), text))

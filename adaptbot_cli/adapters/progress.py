@@ -56,7 +56,7 @@ def mermaid(progress: Progress) -> str:
     for number, line in reversed(list(enumerate(progress.lines))):
         lines.append(f"  subgraph t{number}[{_quoted(line.name)}]")
         lines.append("    direction LR")
-        lines += [f"    {told}" for told in _nodes(f"t{number}s", line, calls)]
+        lines += [f"    {text}" for text in _nodes(f"t{number}s", line, calls)]
         lines.append("  end")
     if not progress.lines:
         lines.append(f"  nothing[{_quoted('no step moves or changes anything')}]")
@@ -73,8 +73,8 @@ def _nodes(prefix: str, line: ProgressLine, calls: dict[int, str]) -> Iterator[s
         steps.setdefault(event.step, []).append(words)
         moved |= {event.step} if event.kind == "place" else set()
     yield f"{prefix}0([{_quoted(line.start or line.kind)}])"
-    for count, (step, told) in enumerate(steps.items(), start=1):
-        text = _quoted(*told)
+    for count, (step, lines) in enumerate(steps.items(), start=1):
+        text = _quoted(*lines)
         node = f"[{text}]" if step in moved else f"({text})"
         edge = _quoted(f"{step} {visible(calls[step]).partition('(')[0]}")
         yield f"{prefix}{count - 1} -->|{edge}| {prefix}{count}{node}"
@@ -102,8 +102,8 @@ class _Columns:
 
 
 def _title(progress: Progress) -> Text:
-    told = "executed" if progress.executed else "rehearsed, not executed"
-    title = Text.assemble((visible(progress.task), "bold"), (f" · {told}", "dim"))
+    text = "executed" if progress.executed else "rehearsed, not executed"
+    title = Text.assemble((visible(progress.task), "bold"), (f" · {text}", "dim"))
     if progress.stopped:
         title.append(f" · stopped: {visible(progress.stopped)}", "yellow")
     if progress.note:
@@ -184,13 +184,13 @@ def _style(event: Event) -> str:
 
 def _steps(progress: Progress, width: int) -> RenderableType:
     """The steps by number, in as many columns as fit."""
-    told = [f"{number:>2} {visible(call)}" for number, call in progress.steps]
-    longest = min(max(map(len, told)), width)
+    lines = [f"{number:>2} {visible(call)}" for number, call in progress.steps]
+    longest = min(max(map(len, lines)), width)
     across = max(width // (longest + 3), 1)
-    down = -(-len(told) // across)
+    down = -(-len(lines) // across)
     table = Table.grid(padding=(0, 3, 0, 0), pad_edge=False)
     for row in range(down):
-        table.add_row(*(Text(text, "dim") for text in told[row::down]))
+        table.add_row(*(Text(text, "dim") for text in lines[row::down]))
     return table
 
 

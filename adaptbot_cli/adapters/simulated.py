@@ -95,8 +95,8 @@ class SimulatedHuman:
         return ABSENT
 
     def _names(self, action: Action) -> set[str]:
-        told = (action.name, *action.aliases, *self.truth.aliases(action.iri))
-        return {normal(name) for name in told}
+        value = (action.name, *action.aliases, *self.truth.aliases(action.iri))
+        return {normal(name) for name in value}
 
     def _kind(self, question: Question) -> str:
         entity = self._entity(question)

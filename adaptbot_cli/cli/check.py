@@ -55,9 +55,9 @@ def check(
     if json:
         from adaptbot_cli.core.summary import summary
 
-        told = summary(result, graph, "text", (None, None))
-        told["usage"]["seconds"] = round(time.monotonic() - started, 3)
-        print_json(told)
+        record = summary(result, graph, "text", (None, None))
+        record["usage"]["seconds"] = round(time.monotonic() - started, 3)
+        print_json(record)
     else:
         from adaptbot_cli.adapters.display import Screen
 

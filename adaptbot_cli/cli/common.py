@@ -65,20 +65,20 @@ def workspace(option: Path | None) -> "Workspace":
     return found
 
 
-def note(told: str) -> None:
+def note(text: str) -> None:
     """Print a line on stderr that the person should know of."""
     from rich.text import Text
 
     from adaptbot_cli.core.visible import visible
 
-    console(stderr=True).print(Text(f"! {visible(told)}", "yellow"), soft_wrap=True)
+    console(stderr=True).print(Text(f"! {visible(text)}", "yellow"), soft_wrap=True)
 
 
 def note_ignored(home: "Workspace") -> None:
     """Say which settings of the workspace are not obeyed, if there are any."""
     if home.ignored:
-        told = ", ".join(home.ignored)
-        note(f"{home.root / 'adaptbot.toml'}: {told} ignored until you say `adaptbot trust`")
+        text = ", ".join(home.ignored)
+        note(f"{home.root / 'adaptbot.toml'}: {text} ignored until you say `adaptbot trust`")
 
 
 def domain_name(option: str | None, home: "Workspace") -> str:

@@ -39,10 +39,10 @@ def _show(found: "list[Check]") -> None:
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
     for check in found:
-        told = Text(visible(check.found), "dim" if check.state == "hint" else "")
+        text = Text(visible(check.found), "dim" if check.state == "hint" else "")
         if check.remedy:
-            told.append(f"\n→ {visible(check.remedy)}", "cyan" if check.state == "hint" else "bold")
-        table.add_row(Text(*marks[check.state]), Text(visible(check.name)), told)
+            text.append(f"\n→ {visible(check.remedy)}", "cyan" if check.state == "hint" else "bold")
+        table.add_row(Text(*marks[check.state]), Text(visible(check.name)), text)
     out = console()
     out.print(table)
     broken = sum(not _fine(check) for check in found)

@@ -100,8 +100,8 @@ def _made(made: "Started", home: "Workspace", name: str) -> None:
     domain = made.kg.domain
     folder = home.root / "kg" / name
     out = console()
-    told = f"{name}: {_counts(domain)} in {folder}"
-    out.print(Text("✓ ", "green") + Text(told), soft_wrap=True)
+    text = f"{name}: {_counts(domain)} in {folder}"
+    out.print(Text("✓ ", "green") + Text(text), soft_wrap=True)
     out.print(Text(f"  committed as {made.revision[:7]}", "dim"))
     task = domain.tasks[0].name.replace("_", " ") if domain.tasks else "…"
     for what, command in (
@@ -144,8 +144,8 @@ def check_domain(
     if found or kg is None:
         return FAULTS
     nodes, edges = kg.size()
-    told = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
-    out.print(Text("✓ ", "green") + Text(told))
+    value = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
+    out.print(Text("✓ ", "green") + Text(value))
     return 0
 
 

@@ -64,8 +64,8 @@ def export(
         found = export_run(find_run(home, plan or None), home, form)
     for finding in found.findings:
         where = f"step {finding.step}: " if finding.step else ""
-        told = f"{finding.code} {where}{finding.message}"
-        console(stderr=True).print(visible(told), markup=False, soft_wrap=True)
+        text = f"{finding.code} {where}{finding.message}"
+        console(stderr=True).print(visible(text), markup=False, soft_wrap=True)
     if not found.text:
         return FINDINGS
     if output is None:

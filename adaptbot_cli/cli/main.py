@@ -161,9 +161,9 @@ def _print_error(error: AdaptbotError) -> None:
     from adaptbot_cli.cli.common import print_json
 
     code = type(error).__name__.removesuffix("Error").lower()
-    told, _, remedy = str(error).rpartition("; ")
-    message = told or remedy
-    print_json({"error": {"code": code, "message": message, "remedy": remedy if told else None}})
+    text, _, remedy = str(error).rpartition("; ")
+    message = text or remedy
+    print_json({"error": {"code": code, "message": message, "remedy": remedy if text else None}})
 
 
 def _no_more_output() -> None:
@@ -178,7 +178,7 @@ def _say(text: str) -> None:
     from adaptbot_cli.cli.common import at_terminal
     from adaptbot_cli.core.visible import visible
 
-    told = visible(text)
+    message = visible(text)
     if at_terminal(sys.stderr):
-        told = textwrap.fill(told, shutil.get_terminal_size().columns, break_on_hyphens=False)
-    typer.echo(told, err=True)
+        message = textwrap.fill(message, shutil.get_terminal_size().columns, break_on_hyphens=False)
+    typer.echo(message, err=True)

@@ -44,9 +44,9 @@ def pending(
     found = find_open(home, domain_name(domain, home))
     remote, conflicts = disputes(home, domain_name(domain, home))
     if json:
-        told = {"domain": found.kg.domain.name, "questions": _questions(found.pending)}
+        record = {"domain": found.kg.domain.name, "questions": _questions(found.pending)}
         plain = [plain_question(question) for question in conflicts]
-        print_json(told | ({"remote": remote, "conflicts": plain} if conflicts else {}))
+        print_json(record | ({"remote": remote, "conflicts": plain} if conflicts else {}))
         return
     out = console()
     if found.pending:
@@ -62,12 +62,12 @@ def _show(found: "Open") -> None:
 
     name = found.kg.domain.name
     tasks = {task for each in found.pending for task in each.tasks}
-    told = f"{name}: no question is open"
+    text = f"{name}: no question is open"
     if found.pending:
-        told = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: adaptbot pending answer"
+        text = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: adaptbot pending answer"
     others = [f"{other} ({count})" for other, count in sorted(found.others.items())]
-    told += f"; see --domain for {', '.join(others)}" if others else ""
-    console().print(Text(told, "dim"))
+    text += f"; see --domain for {', '.join(others)}" if others else ""
+    console().print(Text(text, "dim"))
 
 
 def _questions(pending: "list[Pending] | Any") -> list[dict[str, Any]]:
@@ -115,8 +115,8 @@ def answer_pending(
         try:
             came = answer(found, ports)
         except KeyboardInterrupt:
-            told = "interrupted; nothing was committed. To go on: adaptbot pending answer"
-            raise Interrupted(told) from None
+            text = "interrupted; nothing was committed. To go on: adaptbot pending answer"
+            raise Interrupted(text) from None
     if json:
         print_json(_summary(came))
     else:

@@ -33,17 +33,17 @@ def progress(
     if json and mermaid:
         raise UsageError("--json and --mermaid both want stdout: give one of them")
     home = workspace(workspace_dir)
-    told = retrace(find_run(home, run), home)
+    lines = retrace(find_run(home, run), home)
     if svg is not None:
         try:
-            svg.write_text(pictures.svg(told), encoding="utf-8")
+            svg.write_text(pictures.svg(lines), encoding="utf-8")
         except OSError as error:
             raise UsageError(f"cannot write {svg}: {error.strerror}") from error
         console(stderr=True).print(f"written to {svg}", markup=False, soft_wrap=True)
     if json:
-        print_json(told.as_json())
+        print_json(lines.as_json())
     elif mermaid:
-        typer.echo(pictures.mermaid(told), nl=False)
+        typer.echo(pictures.mermaid(lines), nl=False)
     elif svg is None:
         out = console()
-        out.print(pictures.progress_lines(told, out.width))
+        out.print(pictures.progress_lines(lines, out.width))

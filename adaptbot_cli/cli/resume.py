@@ -47,15 +47,15 @@ def resume(
     domain = domain_name(_text(header, "domain") or None, home)
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
-    told = session.guarded(header)
+    record = session.guarded(header)
     own = session.is_own(path, header)
     if not own:
-        its = ", ".join(["answers", *told])
+        its = ", ".join(["answers", *record])
         note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
-        told = {"model": "library"} if told.get("model") == "library" else {}
-    model, base = _text(told, "model") or None, _text(told, "api_base") or None
+        record = {"model": "library"} if record.get("model") == "library" else {}
+    model, base = _text(record, "model") or None, _text(record, "api_base") or None
     chosen = opened(screen, home, _text(header, "task"), domain, model, base, _ORIGIN)
-    limits = {**home.settings, **told} if not own else told
+    limits = {**home.settings, **record} if not own else record
     request = session.Request(
         task=_text(header, "task"),
         domain=domain,
@@ -73,7 +73,7 @@ def resume(
         full=header.get("full") is True,
         edit=header.get("edit") is True,
         resumes=path,
-        world=told.get("world"),
+        world=record.get("world"),
         noise=header.get("world_noise", 0.0),
         act_timeout=header.get("act_timeout", 60.0),
         confirm=header.get("confirm", "none"),

@@ -197,9 +197,9 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
             from adaptbot_cli.core.summary import summary
 
             revisions = tuple(session.revisions)
-            told = summary(result, session.kg, session.planner, revisions, session.screen.world)  # type: ignore[arg-type]
-            told["usage"]["seconds"] = round(time.monotonic() - started, 3)
-            print_json(told)
+            record = summary(result, session.kg, session.planner, revisions, session.screen.world)  # type: ignore[arg-type]
+            record["usage"]["seconds"] = round(time.monotonic() - started, 3)
+            print_json(record)
         else:
             session.screen.finish(result, result.revision)
             if not request.dry_run:
@@ -211,12 +211,12 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
     return exit_code(result)
 
 
-def _note(screen: "Console", told: str) -> None:
+def _note(screen: "Console", text: str) -> None:
     from rich.text import Text
 
     from adaptbot_cli.core.visible import visible
 
-    screen.print(Text(f"! {visible(told)}", "yellow"), soft_wrap=True)
+    screen.print(Text(f"! {visible(text)}", "yellow"), soft_wrap=True)
 
 
 def _interrupted(session: "Session", home: "Workspace") -> str:

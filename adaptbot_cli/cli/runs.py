@@ -29,8 +29,8 @@ def runs(
         print_json({"runs": [run.as_json() for run in found]})
         return
     if not found:
-        told = f"no run of {task}" if task else "no run"
-        typer.echo(f"{told} is recorded in {home.root}", err=True)
+        text = f"no run of {task}" if task else "no run"
+        typer.echo(f"{text} is recorded in {home.root}", err=True)
         return
     console().print(_table(found))
 

@@ -31,8 +31,8 @@ def trust(
     out = console(stderr=json)
     if revoke:
         was = trusting.revoke(path, content)
-        told = "is trusted no longer" if was else "was not trusted"
-        out.print(Text(visible(f"{path} {told}")), soft_wrap=True)
+        text = "is trusted no longer" if was else "was not trusted"
+        out.print(Text(visible(f"{path} {text}")), soft_wrap=True)
     else:
         out.print(Text(visible(str(path)), "bold"), soft_wrap=True)
         for name, value in settings.items():

@@ -41,8 +41,8 @@ def check(
         for each in conformance(process):
             found.append(each)
             if not json:
-                told = each.what if each.good else f"{each.what}: {each.seen}"
-                console().print(hanging(noted(GOOD if each.good else BAD, told)))
+                text = each.what if each.good else f"{each.what}: {each.seen}"
+                console().print(hanging(noted(GOOD if each.good else BAD, text)))
     finally:
         process.close()
     good = all(each.good for each in found)

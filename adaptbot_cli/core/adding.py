@@ -47,9 +47,9 @@ def _teach(name: str, run: Run) -> Turns:
         for question in _open_questions(name, entity, run.kg):
             if question.key not in run.asked and not run.stopped:
                 report = yield from ask_about(run, report, question)
-    told = tuple(run.lessons)
+    found = tuple(run.lessons)
     yield from keep(run)
-    return (tuple(run.kept) if run.revision else told), run.revision
+    return (tuple(run.kept) if run.revision else found), run.revision
 
 
 def _open_questions(name: str, entity: URIRef, kg: Kg) -> Iterator[Question]:

@@ -225,11 +225,11 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
     name = normal(finding.subject)
     if not name or learning.is_absent(scene.kg, name, subject):
         return None
-    said = name.replace("_", " ")
-    text = f'I do not know "{said}". Is there such a thing in this {scene.domain.name}?'
+    message = name.replace("_", " ")
+    text = f'I do not know "{message}". Is there such a thing in this {scene.domain.name}?'
     known = _everything(scene)
     if subject == "action":
-        text = f'I do not know how to "{said}". Is it something I can do here?'
+        text = f'I do not know how to "{message}". Is it something I can do here?'
         known = list(scene.domain.actions)
     by_nearness = nearest(name, known, len(known), floor=0.0)
     return Question(
@@ -294,8 +294,8 @@ def property_called(name: str, scene: Scene) -> Property | None:
 def _kind_question(finding: Finding, report: Report, scene: Scene, asked: Asked) -> Question | None:
     """What kind of thing something is that a person has said exists."""
     name = normal(finding.subject)
-    said = asked.get(("existence", name, "", "item"))
-    if finding.code != "E201" or said is None or said[1].value != EXISTS:
+    found = asked.get(("existence", name, "", "item"))
+    if finding.code != "E201" or found is None or found[1].value != EXISTS:
         return None
     kinds = possible_kinds(name, report, scene)
     question = what_is(name, kinds, _source(finding, report))
@@ -306,11 +306,11 @@ def _action_question(
     finding: Finding, report: Report, scene: Scene, asked: Asked
 ) -> Question | None:
     """The next question about an action that a person says is possible."""
-    said = asked.get(("existence", normal(finding.subject), "", "action"))
-    if finding.code != "E101" or said is None or said[1].value not in (EXISTS, FIXED):
+    found = asked.get(("existence", normal(finding.subject), "", "action"))
+    if finding.code != "E101" or found is None or found[1].value not in (EXISTS, FIXED):
         return None
     unknown = unknown_action(normal(finding.subject), report)
-    return acting.next_question(unknown, said[1].value, scene.kg, asked)
+    return acting.next_question(unknown, found[1].value, scene.kg, asked)
 
 
 def unknown_action(name: str, report: Report) -> acting.Unknown:

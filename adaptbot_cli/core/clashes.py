@@ -87,23 +87,23 @@ def which_stands(
     scene: Scene,
 ) -> Question:
     """Return the question which of two facts stands; `origins` say where the old ones come from."""
-    told = [in_words(fact, scene) for fact in old]
+    lines = [in_words(fact, scene) for fact in old]
     from_here = {fact for before in learned for fact in before.delta.added}
     sources = [
         "you said so in this run" if fact in from_here else origin
         for fact, origin in zip(old, [*origins, *[""] * len(old)], strict=False)
     ]
-    known = "; ".join(f"{t} ({s})" if s else t for t, s in zip(told, sources, strict=True))
+    known = "; ".join(f"{t} ({s})" if s else t for t, s in zip(lines, sources, strict=True))
     question = lesson.question
     return Question(
         "contradiction",
         question.about,
-        f"{lesson.sentence}, but {' and '.join(told)}. Which is right?",
+        f"{lesson.sentence}, but {' and '.join(lines)}. Which is right?",
         question.prop or question.kind,
         question.subject,
         (
             Choice(NEW, lesson.sentence, "what was known is corrected", "n"),
-            Choice(OLD, " and ".join(told), "your answer is not kept", "o"),
+            Choice(OLD, " and ".join(lines), "your answer is not kept", "o"),
             Choice("later", "ask me later", "what was known stays", "l"),
         ),
         context=f"known so far: {known}",
@@ -125,8 +125,8 @@ def settled(lesson: Lesson, old: Sequence[Triple], scene: Scene) -> Lesson:
 def corrected(lesson: Lesson, doubted: Sequence[Triple], scene: Scene) -> Lesson | None:
     """Return what an answer corrects of the facts that it was asked in doubt of, None if it says
     what they say."""
-    told = {(subject, predicate) for subject, predicate, _ in lesson.delta.added}
-    other = {f for f in doubted if f[:2] in told and f not in lesson.delta.added}
+    found = {(subject, predicate) for subject, predicate, _ in lesson.delta.added}
+    other = {f for f in doubted if f[:2] in found and f not in lesson.delta.added}
     old = sorted({*contradicted(lesson, scene), *other})
     return settled(lesson, old, scene) if old else None
 

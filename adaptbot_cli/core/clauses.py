@@ -382,12 +382,12 @@ class Clauses:
 
     def _for_whom(self, after: Sequence[Phrase]) -> None:
         """Count the people that something is for: "for me and my wife" are two."""
-        told = list(takewhile(lambda p: p.role in ("word", "and"), after))
-        words = [word for part in told for word in part.words]
+        found = list(takewhile(lambda p: p.role in ("word", "and"), after))
+        words = [word for part in found for word in part.words]
         several = [word for word in words if word in english.EVERYONE]
         people = [w for w in words if w in english.PEOPLE | english.PERSONS]
         alone = not any(singulars(word) or word in english.CROWDS for word in people)
-        joined = any(part.role == "and" for part in told) and len(people) > 1
+        joined = any(part.role == "and" for part in found) and len(people) > 1
         if several:
             self._miss(f"for {several[0]}")
         elif joined and alone and self.naming.cooks and self.current is not None:
@@ -447,9 +447,9 @@ class Clauses:
         head = into if follows is not None and follows.thing and not follows.task else follows
         made_of = head is not None and head.task and (head is into or head.words[1:])
         one = made_of and head is not None and not singulars(head.words[-1])
-        said = set(follows.words) if follows is not None else set()
-        odd = self.naming.cooks and one and part.number > 1 and not said & english.MEASURES
-        if follows is not None and (odd or said & english.UNITS):
+        names = set(follows.words) if follows is not None else set()
+        odd = self.naming.cooks and one and part.number > 1 and not names & english.MEASURES
+        if follows is not None and (odd or names & english.UNITS):
             self._miss(f"{part.text} {follows.text}")
         elif self.mode == "for":
             if self.current is not None:

@@ -40,8 +40,8 @@ def within(work: Callable[[], T], what: str, seconds: float = SECONDS) -> T:
         result, error = done.get(timeout=seconds)
     except queue.Empty:
         _engine.cache_clear()
-        told = f"{what} did not end in {seconds:g} s"
-        raise EndlessError(f"{told}: its patterns may lack a variable in common") from None
+        text = f"{what} did not end in {seconds:g} s"
+        raise EndlessError(f"{text}: its patterns may lack a variable in common") from None
     except BaseException:
         _engine.cache_clear()
         raise

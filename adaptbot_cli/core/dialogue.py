@@ -45,7 +45,7 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
     What is to be known of one thing is asked together; once nothing needs more of a new thing, the
     rest of what its kind is asked is offered.
     """
-    told = True
+    shown = True
     while True:
         question = None
         if not run.stopped:
@@ -62,19 +62,19 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
             run.offers.add(name)
             yield from _offer(run, report, forms.rest(name, run.scene, run.asked))
         elif question is not None:
-            if not told and question.about not in asking.taught(run.asked):
+            if not shown and question.about not in asking.taught(run.asked):
                 yield Checked(report)
-                told = True
+                shown = True
             yield from _ask_together(run, report, question)
             if run.to_edit:
-                run.to_edit, told = False, True
+                run.to_edit, shown = False, True
                 report = yield from amended(run, report, "asked")
         else:
             break
         if len(run.lessons) > known:
             report = yield from look_at(run, report.text, tell=False)
-            told = False
-    if not told:
+            shown = False
+    if not shown:
         yield Checked(report)
     return report
 
@@ -179,8 +179,8 @@ def _settle(run: Run, lesson: Lesson) -> Generator[Turn, Any, Lesson | None]:
     old = clashes.contradicted(lesson, run.scene)
     if not old:
         return lesson
-    told = yield Trace(tuple(clashes.short(fact) for fact in old))
-    question = clashes.which_stands(lesson, old, told or (), run.lessons, run.scene)
+    reply = yield Trace(tuple(clashes.short(fact) for fact in old))
+    question = clashes.which_stands(lesson, old, reply or (), run.lessons, run.scene)
     ready = replace(question, answered=run.answered)
     answer: Answer = LATER if run.stopped else (yield Ask(ready))
     if answer.value == STOP.value:
@@ -198,15 +198,15 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
     run.lessons = [lesson for lesson in run.lessons if not lesson.once]
     if not run.lessons:
         return False
-    said: bool | Reviewed = yield Review(tuple(run.lessons))
+    reviewed: bool | Reviewed = yield Review(tuple(run.lessons))
     keys = {lesson.question.key for lesson in run.lessons}
-    if isinstance(said, Reviewed):
+    if isinstance(reviewed, Reviewed):
         # Once the robot has begun to act, who goes back is asked again instead.
-        run.went_back = said.back is not None
-        keys &= said.left_out | ({said.back} if said.back else set())
-        for key in keys if said.back else ():
+        run.went_back = reviewed.back is not None
+        keys &= reviewed.left_out | ({reviewed.back} if reviewed.back else set())
+        for key in keys if reviewed.back else ():
             run.asked.pop(key, None)
-    left_out = set(teach.resting_on(keys, run.lessons)) if said is not True else set()
+    left_out = set(teach.resting_on(keys, run.lessons)) if reviewed is not True else set()
     accepted = [lesson for lesson in run.lessons if lesson.question.key not in left_out]
     if left_out:
         once = run.once

@@ -91,8 +91,8 @@ def _index(number: int, there: list[EditableCall]) -> int:
     for n, line in enumerate(there):
         if line.number == number:
             return n
-    told = ", ".join(str(line.number) for line in there)
-    raise UsageError(f"step {number} cannot be edited; the steps that the plan writes are {told}")
+    text = ", ".join(str(line.number) for line in there)
+    raise UsageError(f"step {number} cannot be edited; the steps that the plan writes are {text}")
 
 
 def _before(number: int, there: list[EditableCall], report: Report) -> int:

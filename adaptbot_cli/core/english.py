@@ -176,9 +176,9 @@ REPETITIONS = _words("times count repeat repeats repetitions reps iterations loo
 """What says in structures and calls how often a step is done."""
 
 
-def count_of(said: str) -> int:
+def count_of(text: str) -> int:
     """Return how often "2", "twice" or "3 times" says that a thing is done, 0 if it says none."""
-    words = re.findall(r"-|\d+|[^\W\d]+", said.lower().replace("×", "x")[:40])
+    words = re.findall(r"-|\d+|[^\W\d]+", text.lower().replace("×", "x")[:40])
     named = [word for word in words if word not in ("x", "times", "time", "more", "full", "whole")]
     if len(named) != 1:
         return 0

@@ -136,8 +136,8 @@ def _what_now(run: Run, acting: Acting, why: str) -> Question:
         name = normal(run.kg.name(entity))
         choices.append(Choice(f"{AT}{name}", f"{name.replace('_', ' ')} is somewhere else"))
     for question, value in _attributes(run, last):
-        told = f"{question.about.replace('_', ' ')}: {question.label} {value}"
-        choices.append(Choice(_denial(question, value), told))
+        text = f"{question.about.replace('_', ' ')}: {question.label} {value}"
+        choices.append(Choice(_denial(question, value), text))
     choices.append(Choice(LATER.value, "I cannot say: stop here"))
     about = normal(
         next((run.kg.name(v) for v in last.bound.values.values()), last.step.call.action)

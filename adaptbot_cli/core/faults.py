@@ -107,7 +107,7 @@ def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault
 
 def _of_pack(kg: Kg) -> Iterator[Fault]:
     """What the pack names that is not there; a home may lack a task's things."""
-    yield from (Fault("", said) for said in misnamed(kg))
+    yield from (Fault("", text) for text in misnamed(kg))
 
 
 def _effective(kg: Kg, delta: Delta) -> Delta:
@@ -265,8 +265,8 @@ def _alias_faults(kg: Kg, known: Facts) -> Iterator[Fault]:
     for triple in known:
         subject, predicate, value = triple
         if predicate == AB.alias and subject not in actions:
-            told = f"has the other name {value}, but is nothing known"
-            yield _fault(kg, subject, told, "take it away", [triple])
+            text = f"has the other name {value}, but is nothing known"
+            yield _fault(kg, subject, text, "take it away", [triple])
     yield from _shared_alias(kg, known)
 
 
@@ -296,8 +296,8 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
         return
     if prop.domain and not kg.is_a(subject, [prop.domain]):
         wanted, found = a(_label(kg, prop.domain)), a(kg.kind_label(subject))
-        told = f"{_called(prop)} is for {wanted}, not {found}"
-        yield told, "take it away, or correct the class"
+        text = f"{_called(prop)} is for {wanted}, not {found}"
+        yield text, "take it away, or correct the class"
     yield from _range(kg, prop, value)
 
 
@@ -343,8 +343,8 @@ def _several_values(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
         these = [triple for triple in known if triple[1] == predicate]
         if prop is not None and prop.functional and len(these) > 1:
             values = " and ".join(sorted(kg.name(value) for _, _, value in these))
-            told = f"{_called(prop)} has {len(these)} values: {values}"
-            yield _fault(kg, about, told, "keep one", these)
+            text = f"{_called(prop)} has {len(these)} values: {values}"
+            yield _fault(kg, about, text, "keep one", these)
 
 
 def _several_kinds(kg: Kg, about: Node, types: Sequence[Node]) -> Iterator[Fault]:
@@ -352,17 +352,17 @@ def _several_kinds(kg: Kg, about: Node, types: Sequence[Node]) -> Iterator[Fault
     stated = [kind for kind in kg.domain.teachable if kind.iri in types]
     others = [k for k in stated if not any(k.iri in o.supers for o in stated if o != k)]
     if len(others) > 1:
-        told = f"is {' and '.join(a(kind.label) for kind in others)}"
+        text = f"is {' and '.join(a(kind.label) for kind in others)}"
         facts = [(about, RDF.type, kind.iri) for kind in others]
-        yield _fault(kg, about, f"{told}; it can be only one of them", "", facts)
+        yield _fault(kg, about, f"{text}; it can be only one of them", "", facts)
 
 
 def _unnamed(kg: Kg, about: Node, known: Facts, types: Sequence[Node]) -> Iterator[Fault]:
     predicates = {predicate for _, predicate, _ in known}
     for kind in (kg.domain.kinds[iri] for iri in types if iri in kg.domain.kinds):  # type: ignore[index]
         if kind.name_property is not None and kind.name_property not in predicates:
-            told = f"lacks its name, {local(kind.name_property)}"
-            yield _fault(kg, about, told, "add it", [(about, RDF.type, kind.iri)])
+            text = f"lacks its name, {local(kind.name_property)}"
+            yield _fault(kg, about, text, "add it", [(about, RDF.type, kind.iri)])
 
 
 def _shared_name(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
@@ -372,9 +372,9 @@ def _shared_name(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
         for other in sorted(set(kg.facts.subjects(predicate, name)) - {about}, key=str):
             if types & set(kg.facts.objects(other, RDF.type)):
                 first, second = sorted((about, other), key=str)
-                told = f'its name "{name}" is that of {local(first)} too'
+                text = f'its name "{name}" is that of {local(first)} too'
                 facts = frozenset({(first, predicate, name), (second, predicate, name)})
-                yield Fault(local(second), told, "change one", "attributes.ttl", second, facts)
+                yield Fault(local(second), text, "change one", "attributes.ttl", second, facts)
 
 
 def _shared_alias(kg: Kg, known: Facts) -> Iterator[Fault]:
@@ -382,10 +382,10 @@ def _shared_alias(kg: Kg, known: Facts) -> Iterator[Fault]:
     for _, _, value in (triple for triple in known if triple[1] == AB.alias):
         bearers = sorted(kg.facts.subjects(AB.alias, value), key=str)
         if len(bearers) > 1:
-            told = f'its other name "{value}" is that of '
-            told += " and ".join(kg.name(bearer) for bearer in bearers[1:])
+            text = f'its other name "{value}" is that of '
+            text += " and ".join(kg.name(bearer) for bearer in bearers[1:])
             facts = [(bearer, AB.alias, value) for bearer in bearers]
-            yield _fault(kg, bearers[0], f"{told} too", "keep one", facts)
+            yield _fault(kg, bearers[0], f"{text} too", "keep one", facts)
 
 
 def _inside_itself(kg: Kg, about: Node) -> Iterator[Fault]:

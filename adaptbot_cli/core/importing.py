@@ -53,8 +53,8 @@ def accept(
 def merged(parcel: Parcel, domain: Domain, base: frozenset[Triple]) -> Delta:
     """Return the change that adds accepted facts; a functional property takes the new value."""
     functional = {prop.iri for prop in domain.properties.values() if prop.functional}
-    told = {(s, p) for s, p, _ in parcel.accepted if p in functional}
-    old = {t for t in base if (t[0], t[1]) in told and t not in parcel.accepted}
+    found = {(s, p) for s, p, _ in parcel.accepted if p in functional}
+    old = {t for t in base if (t[0], t[1]) in found and t not in parcel.accepted}
     return Delta(frozenset(old), parcel.accepted - base)
 
 
@@ -85,16 +85,18 @@ class _Sorting:
         for subject, predicate, value in self.base:
             if predicate == RDF.type:
                 known.setdefault(subject, set()).add(value)
-        told: dict[Node, set[Node]] = {}
+        record: dict[Node, set[Node]] = {}
         for subject, predicate, value in self.facts:
             if predicate == RDF.type and value in self.domain.kinds:
-                told.setdefault(subject, set()).add(value)
+                record.setdefault(subject, set()).add(value)
         names = self.domain.name_properties()
         self.named = {
             (s, p) for facts in (self.base, self.facts) for s, p, _ in facts if p in names
         }
-        refused = {s: why for s in told if (why := self._misfit(s, told[s], known.get(s, set())))}
-        kinds = {s: known.get(s) or told[s] for s in told if s not in refused}
+        refused = {
+            s: why for s in record if (why := self._misfit(s, record[s], known.get(s, set())))
+        }
+        kinds = {s: known.get(s) or record[s] for s in record if s not in refused}
         self.kinds = {**known, **kinds}
         several = self._several()
         for triple in sorted(self.facts):
@@ -105,16 +107,16 @@ class _Sorting:
                 self.accepted.add(triple)
         self._break_cycles()
 
-    def _misfit(self, subject: Node, told: set[Node], known: set[Node]) -> str:
+    def _misfit(self, subject: Node, found: set[Node], known: set[Node]) -> str:
         """Why a thing as a whole cannot be taken in."""
         if isinstance(subject, BNode):
             return "it has no IRI of its own"
         label: Mapping[Node, Kind] = self.domain.kinds  # type: ignore[assignment]
-        if known and not all(self._akin(one, other) for one in told for other in known):
+        if known and not all(self._akin(one, other) for one in found for other in known):
             was = " and ".join(sorted(a(label[k].label) for k in known if k in label))
-            now = " and ".join(sorted(a(label[k].label) for k in told if k in label))
+            now = " and ".join(sorted(a(label[k].label) for k in found if k in label))
             return f"{local(subject)} is {was} here and {now} there"
-        named_by = {kind.name_property for k in told for kind in [label[k]] if kind.name_property}
+        named_by = {kind.name_property for k in found for kind in [label[k]] if kind.name_property}
         if named_by and not any((subject, p) in self.named for p in named_by):
             return f"{local(subject)} has no name"
         return ""
@@ -223,8 +225,8 @@ def _oddities(
             yield f"{short(subject)} is typed {short(value)}, not {short(own)}"
     for (subject, predicate), found in values.items():
         if len(found) > 1:
-            told = _listed(found)
-            yield f"{short(subject)} {short(predicate)} has {len(found)} values: {told}"
+            text = _listed(found)
+            yield f"{short(subject)} {short(predicate)} has {len(found)} values: {text}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,8 +272,8 @@ def _elsewhere(
                 key = (predicate, wanted, kind)
                 counts[key] = counts.get(key, 0) + 1
     for (predicate, wanted, kind), count in sorted(counts.items()):
-        told = f"stands {count} time(s) on a {short(kind)}"
-        yield f"{short(predicate)} has domain {short(wanted)} but {told}"
+        text = f"stands {count} time(s) on a {short(kind)}"
+        yield f"{short(predicate)} has domain {short(wanted)} but {text}"
 
 
 def _up(kind: Node, above: Mapping[Node, set[Node]]) -> set[Node]:

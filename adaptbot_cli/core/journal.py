@@ -120,10 +120,10 @@ class Journal:
             case Offer():
                 return (yield from self._offer(turn.questions))
             case Review():
-                said = yield turn
-                if isinstance(said, Reviewed) and said.back is not None:
-                    raise GoBack(said.back)
-                return said
+                reply = yield turn
+                if isinstance(reply, Reviewed) and reply.back is not None:
+                    raise GoBack(reply.back)
+                return reply
         return (yield turn)
 
     def _propose(self, turn: Propose) -> Generator[Turn, Any, Proposal]:
@@ -156,9 +156,9 @@ class Journal:
             if any(question.key in self.reopened for question in left):
                 known = tuple(self._shown(q) for q in questions if q.key in self.answers)
                 left = (replace(left[0], offered=known), *left[1:])
-            told = yield Offer(left)
-            stops = any(answer.last for answer in told or ())
-            for question, answer in zip(left, told or (), strict=False):
+            reply = yield Offer(left)
+            stops = any(answer.last for answer in reply or ())
+            for question, answer in zip(left, reply or (), strict=False):
                 self._note(question, answer)
             for question in left:
                 self.answers.setdefault(question.key, LATER)

@@ -128,11 +128,11 @@ def _gone(merge: Merge) -> Iterator[Conflict]:
 
 def _absent(merge: Merge, domain: Domain) -> Iterator[Conflict]:
     """Things that are there to one side, where to the other nothing is called so."""
-    said = {t for t in merge.ours ^ merge.theirs if t[1] == AB.absentItem}
+    found = {t for t in merge.ours ^ merge.theirs if t[1] == AB.absentItem}
     naming = {AB.alias, *domain.name_properties()}
     for thing, predicate, name in sorted(merge.ours ^ merge.theirs):
         if predicate in naming:
-            for absence in (t for t in said if t[2] == name):
+            for absence in (t for t in found if t[2] == name):
                 ours, theirs = _around(thing, merge)
                 if absence in merge.ours and (thing, predicate, name) in merge.theirs:
                     yield Conflict(thing, None, ours | {absence}, theirs)
@@ -169,13 +169,13 @@ def question(conflict: Conflict, kg: Kg, sources: tuple[str, str]) -> Question:
         label = prop.label
         text = (prop.question or f"What is right of {{name}}: {label}?").format(name=plain)
     values = [
-        said if prop is not None and len(set(sides)) == 2 else side
-        for said, side in zip(sides, ("ours", "theirs"), strict=True)
+        message if prop is not None and len(set(sides)) == 2 else side
+        for message, side in zip(sides, ("ours", "theirs"), strict=True)
     ]
     given = zip(values, sides, ("here", "there"), sources, strict=True)
     choices = tuple(
-        Choice(value, said, f"{where}, {source}" if source else where, _KEYS.get(value, ""))
-        for value, said, where, source in given
+        Choice(value, message, f"{where}, {source}" if source else where, _KEYS.get(value, ""))
+        for value, message, where, source in given
     )
     return Question(
         "conflict",

@@ -34,8 +34,8 @@ def misnamed(kg: Kg) -> Iterator[str]:
         yield from _action(kg, action)
     agent = kg.domain.agent
     if agent and (agent, RDF.type, None) not in kg.facts:
-        told = f"ab:agent is {local(agent)}, which attributes.ttl does not have"
-        yield f"domain.ttl, entry {local(kg.domain.iri)}: {told}; give it a class there"
+        text = f"ab:agent is {local(agent)}, which attributes.ttl does not have"
+        yield f"domain.ttl, entry {local(kg.domain.iri)}: {text}; give it a class there"
     for goal in (*kg.domain.goals, *kg.domain.advice):
         yield from _goal(kg, f"domain.ttl, entry {local(kg.domain.iri)}", goal)
     for task in kg.domain.tasks:
@@ -48,8 +48,8 @@ def _kind(kg: Kg, kind: Kind) -> Iterator[str]:
     properties = kg.domain.properties
     for above in kind.supers[1:]:
         if above not in kg.domain.kinds and above != kind.iri:
-            told = f"rdfs:subClassOf {local(above)} is no class of it"
-            yield f"{where}: {told}; {_remedy(above, kg.domain.kinds, 'declare it')}"
+            text = f"rdfs:subClassOf {local(above)} is no class of it"
+            yield f"{where}: {text}; {_remedy(above, kg.domain.kinds, 'declare it')}"
     names = (kind.name_property, kind.location_property)
     starts = (iri for start in kind.starts for iri in (start.prop, start.when))
     for iri in (*names, *kind.asks, *starts):
@@ -59,8 +59,8 @@ def _kind(kg: Kg, kind: Kind) -> Iterator[str]:
     for start in kind.starts:
         prop = properties.get(start.prop)
         if prop and prop.range == XSD.boolean and start.value not in (TRUE, FALSE):
-            told = f"ab:starts gives {local(prop.iri)} the value {local(start.value)}"
-            yield f"{where}: {told}; write true or false, without quotes"
+            text = f"ab:starts gives {local(prop.iri)} the value {local(start.value)}"
+            yield f"{where}: {text}; write true or false, without quotes"
 
 
 def _properties(kg: Kg) -> Iterator[str]:
@@ -84,8 +84,8 @@ def _action(kg: Kg, action: Action) -> Iterator[str]:
     for parameter in action.parameters:
         for iri in parameter.classes:
             if iri not in kg.domain.kinds:
-                told = f"parameter {parameter.name}: {local(iri)} is no class of domain.ttl"
-                yield f"{where}: {told}; {_remedy(iri, kg.domain.kinds, 'declare it there')}"
+                text = f"parameter {parameter.name}: {local(iri)} is no class of domain.ttl"
+                yield f"{where}: {text}; {_remedy(iri, kg.domain.kinds, 'declare it there')}"
         for query in (parameter.default, parameter.instead, parameter.of_product):
             yield from _query(kg, where, query, f"a query of parameter {parameter.name}")
     purposes = (action.purpose,) if action.purpose else ()
@@ -99,13 +99,13 @@ def _action(kg: Kg, action: Action) -> Iterator[str]:
 def _goal(kg: Kg, where: str, goal: Goal, *, things: bool = True) -> Iterator[str]:
     for name in goal.classes:
         if URIRef(name) not in kg.domain.kinds:
-            told = f'ab:class {local(URIRef(name))} of "{goal.message}" is no class of domain.ttl'
-            yield f"{where}: {told}; {_remedy(URIRef(name), kg.domain.kinds, 'declare it there')}"
+            text = f'ab:class {local(URIRef(name))} of "{goal.message}" is no class of domain.ttl'
+            yield f"{where}: {text}; {_remedy(URIRef(name), kg.domain.kinds, 'declare it there')}"
     actions = {action.iri: action.name for action in kg.domain.actions.values()}
     for iri in map(URIRef, sorted(goal.before)):
         if iri not in actions:
-            told = f'ab:before {local(iri)} of "{goal.message}" is no action of actions.ttl'
-            yield f"{where}: {told}; {_remedy(iri, actions, 'declare it there')}"
+            text = f'ab:before {local(iri)} of "{goal.message}" is no action of actions.ttl'
+            yield f"{where}: {text}; {_remedy(iri, actions, 'declare it there')}"
     for query, what in (
         (goal.query, ""),
         (goal.about, "ab:about of "),

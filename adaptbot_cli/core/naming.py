@@ -231,12 +231,12 @@ class Naming:
         thing, state, rule, action = "", "", None, None
         several: tuple[str, ...] = ()
         for length in range(min(_LONGEST_NAME, len(tokens) - at), 0, -1):
-            said = tokens[at : at + length]
-            if at + length < best or any(not w[0].isalnum() for w in said):
+            entries = tokens[at : at + length]
+            if at + length < best or any(not w[0].isalnum() for w in entries):
                 continue
-            if length == 1 and said[0] in english.GRAMMAR:
+            if length == 1 and entries[0] in english.GRAMMAR:
                 continue
-            joined = "_".join(said)
+            joined = "_".join(entries)
             entities = self.kg.find(joined)
             group = self._numbered(joined) if not entities else ()
             ruled = self.rule_called(joined, strict=False)
@@ -255,9 +255,9 @@ class Naming:
             # "green tea" is a thing, and a tea as well.
             head, ended, _ = self._task(tokens, best - 1)
             task = head if ended == best else None
-        said = tuple(tokens[at:best])
-        number = next(filter(None, map(number_of, said[1:])), 0) if called else 0
-        return Phrase("name", said, task, thing, several, rule, action, state, number, called)
+        entries = tuple(tokens[at:best])
+        number = next(filter(None, map(number_of, entries[1:])), 0) if called else 0
+        return Phrase("name", entries, task, thing, several, rule, action, state, number, called)
 
     def _task(self, tokens: Sequence[str], at: int) -> tuple[Task | None, int, tuple[str, ...]]:
         """The task with the longest name that begins here, where that ends, and the name."""

@@ -30,8 +30,8 @@ class Call:
 
     def render(self) -> str:
         """Write the call as a plan line; `parse` reads it back to the same call."""
-        said = (f"{name}={_literal(a)}" if name else _literal(a) for name, a in self.named())
-        return f"{self.action}({', '.join(said)})"
+        lines = (f"{name}={_literal(a)}" if name else _literal(a) for name, a in self.named())
+        return f"{self.action}({', '.join(lines)})"
 
 
 def keyworded(action: str, named: Iterable[tuple[str, str]]) -> Call:

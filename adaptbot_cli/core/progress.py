@@ -218,10 +218,10 @@ class _Trace:
         for triple in sorted(delta.added):
             if triple[0] != self.kg.domain.agent and triple[1] not in self.locations:
                 states.setdefault(triple[0], []).append(self._state(triple))
-        for thing, said in states.items():
-            self._add(thing, Event(number, "state", tuple(said)))
+        for thing, lines in states.items():
+            self._add(thing, Event(number, "state", tuple(lines)))
             for inside in self._inside(thing):
-                self._add(inside, Event(number, "state", tuple(said), self.kg.name(thing)))
+                self._add(inside, Event(number, "state", tuple(lines), self.kg.name(thing)))
 
     def _state(self, triple: Triple) -> str:
         prop = self.kg.domain.properties.get(triple[1])  # type: ignore[call-overload]
@@ -233,8 +233,8 @@ class _Trace:
 
     def _used(self, number: int, bound: Bound) -> None:
         for thing in dict.fromkeys(bound.values.values()):
-            told = any(event.step == number for event in self.events.get(thing, ()))
-            if isinstance(thing, URIRef) and not told and self._can_move(thing):
+            shown = any(event.step == number for event in self.events.get(thing, ()))
+            if isinstance(thing, URIRef) and not shown and self._can_move(thing):
                 self._add(thing, Event(number, "used", (bound.action.name,)))
 
     def _inside(self, place: Node) -> list[Node]:

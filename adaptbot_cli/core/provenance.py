@@ -95,8 +95,8 @@ class Chapter:
 
     def by(self) -> str:
         """Return who taught it: the person who answered, else who committed it."""
-        said = dict.fromkeys(told.by for told in self.answers if told.by)
-        return ", ".join(said) or self.origin.by or self.origin.author
+        record = dict.fromkeys(answer.by for answer in self.answers if answer.by)
+        return ", ".join(record) or self.origin.by or self.origin.author
 
     def as_json(self, words: Words) -> dict[str, Any]:
         """Return the chapter as a plain object; the facts are left out of the first one."""
@@ -105,14 +105,14 @@ class Chapter:
             change["things"] = []
         answers_ = [
             {
-                "id": answer_id(self.origin.revision, told.number),
-                "question": told.question,
-                "answer": told.said,
-                "by": told.by,
-                "at": told.at,
+                "id": answer_id(self.origin.revision, answer.number),
+                "question": answer.question,
+                "answer": answer.said,
+                "by": answer.by,
+                "at": answer.at,
                 "taught": sentence,
-                **({"suggestion": told.suggestion} if told.suggestion else {}),
+                **({"suggestion": answer.suggestion} if answer.suggestion else {}),
             }
-            for told, sentence in zip(self.answers, self.sentences, strict=True)
+            for answer, sentence in zip(self.answers, self.sentences, strict=True)
         ]
         return {**self.origin.as_json(), "start": self.start, "answers": answers_, **change}

@@ -176,8 +176,8 @@ def excluded(entity: Node, task: Task, kg: Kg) -> str:
 
 def named_whole(name: str, task: Task) -> bool:
     """Tell whether a task names a thing by its whole name: peanut butter is no butter then."""
-    said = f" {' '.join(words(task.name))} "
-    return f" {' '.join(words(name))} " in said or normal(name) in map(normal, task.required)
+    text = f" {' '.join(words(task.name))} "
+    return f" {' '.join(words(name))} " in text or normal(name) in map(normal, task.required)
 
 
 def unsure(entity: Node, rule: Constraint, kg: Kg) -> list[URIRef]:

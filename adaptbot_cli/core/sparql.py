@@ -54,8 +54,8 @@ def reaches_out(text: str) -> str:
     try:
         found = set(_clauses(parse(text)))
     except Exception as problem:  # its parser raises many kinds
-        told = str(problem).partition("\n")[0]
-        raise ValueError(f"this is no valid SPARQL: {told}") from None
+        message = str(problem).partition("\n")[0]
+        raise ValueError(f"this is no valid SPARQL: {message}") from None
     return next((word for word in words if _OUTSIDE[word] in found), "")
 
 

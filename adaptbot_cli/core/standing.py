@@ -42,5 +42,5 @@ class Wrong:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a plain object."""
-        told = {"message": self.message, "file": self.file, "remedy": self.remedy}
-        return {**told, "cause": self.cause or None, "hint": self.hint}
+        record = {"message": self.message, "file": self.file, "remedy": self.remedy}
+        return {**record, "cause": self.cause or None, "hint": self.hint}

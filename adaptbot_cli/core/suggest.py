@@ -139,8 +139,8 @@ class Likely:
         values = {s: o for s, _, o in found if s in self.words}
         declared = self.scene.domain.properties.get(prop)
         for implied in declared.implied if declared else ():
-            told = self.scene.kg.facts.subjects(implied.prop, implied.equals)
-            values = {s: implied.value for s in told if s in self.words} | values
+            entries = self.scene.kg.facts.subjects(implied.prop, implied.equals)
+            values = {s: implied.value for s in entries if s in self.words} | values
         return values
 
     def near(self, entity: URIRef | None, words: "_Words") -> list[Near]:
@@ -190,8 +190,10 @@ class Likely:
 
     def _guess(self, entity: URIRef, near: Sequence[Near], prop: Property) -> "_Guess | None":
         """The value that the near things agree on, if they do enough."""
-        told = {p: v[entity] for p, v in self.values.items() if p != prop.iri and entity in v}
-        weights = [(n, n.weight**2 * self._agreement(n.entity, told) + _OF_THE_KIND) for n in near]
+        record = {p: v[entity] for p, v in self.values.items() if p != prop.iri and entity in v}
+        weights = [
+            (n, n.weight**2 * self._agreement(n.entity, record) + _OF_THE_KIND) for n in near
+        ]
         best = _best(weights, self.values[prop.iri])
         if best is None:
             return None
@@ -199,11 +201,11 @@ class Likely:
         unsure = best.share < (SURE_OF_PLACE if place else SURE)
         return None if unsure or not best.like else best
 
-    def _agreement(self, entity: URIRef, told: Mapping[URIRef, Node]) -> float:
+    def _agreement(self, entity: URIRef, record: Mapping[URIRef, Node]) -> float:
         """What is left of a thing's weight, seeing in how many attributes it is known to differ."""
         differing = (
             1
-            for prop, value in told.items()
+            for prop, value in record.items()
             if isinstance(value, Literal) and self.values[prop].get(entity, value) != value
         )
         return float(_DIFFERS ** sum(differing))
@@ -231,8 +233,8 @@ class Likely:
         if like:
             named = [self.words[entity] for entity in like[:2]]
             broader = words.broader(named).replace("_", " ")
-            told = sentence_list([other.name.replace("_", " ") for other in named])
-            return f"as for {told}" + (f" ({broader})" if broader else "")
+            text = sentence_list([other.name.replace("_", " ") for other in named])
+            return f"as for {text}" + (f" ({broader})" if broader else "")
         return f"as for almost every {next((kind.label for kind in self.kinds), 'thing')}"
 
 

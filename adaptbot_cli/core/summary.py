@@ -90,11 +90,11 @@ def _several(
 
 def _worlds(runs: Sequence[Json]) -> Json | None:
     """What the world did to all of several runs."""
-    told = [run["world"] for run in runs if run["world"]]
-    if not told:
+    found = [run["world"] for run in runs if run["world"]]
+    if not found:
         return None
-    counts = {key: sum(world[key] for world in told) for key in ("failed", "recovered")}
-    return {"kind": told[0]["kind"], **counts}
+    counts = {key: sum(world[key] for world in found) for key in ("failed", "recovered")}
+    return {"kind": found[0]["kind"], **counts}
 
 
 def _in_order(key: str, runs: Sequence[Json]) -> list[Json]:

@@ -39,9 +39,9 @@ def lessons(
     if lesson is not None:
         yield lesson
     if question.kind == "kind":
-        for waiting, told in list(asked.values()):
-            if normal(told.new) == question.about and told.new:
-                placed = _learn_attribute(waiting, told, scene)
+        for waiting, reply in list(asked.values()):
+            if normal(reply.new) == question.about and reply.new:
+                placed = _learn_attribute(waiting, reply, scene)
                 if placed is not None:
                     yield placed
 
@@ -108,8 +108,8 @@ def _learn_action(
     question: Question, answer: Answer, report: Report, scene: Scene, asked: Asked
 ) -> Lesson | None:
     """What a dialogue about an action has taught; its commit tells what was answered to it all."""
-    said = asked[("existence", question.about, "", "action")][1].value
-    taught = acting.taught(unknown_action(question.about, report), said, scene.kg, asked)
+    text = asked[("existence", question.about, "", "action")][1].value
+    taught = acting.taught(unknown_action(question.about, report), text, scene.kg, asked)
     if taught is None:
         return None
     question = replace(question, text=f"{question.text} {' · '.join(taught.notes)}")

@@ -66,8 +66,8 @@ def node_of(term: Hashable) -> Node:
         try:
             return Literal(term.value, datatype=datatype)
         except (ArithmeticError, ValueError) as problem:
-            told = f'"{term.value[:40]}" is no value of {local(datatype)}'
-            raise ValueError(told) from problem
+            text = f'"{term.value[:40]}" is no value of {local(datatype)}'
+            raise ValueError(text) from problem
     raise ValueError(f"{term} is no IRI, blank node or literal")
 
 

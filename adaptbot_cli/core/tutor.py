@@ -132,8 +132,10 @@ def pursue_each(
         results.append((yield from pursue(task, kg, parse, policy, replans, full, world, done)))
         done = ()
     if not results:
-        told = f"nothing is to be done: the request says not to {reading.refused or 'do anything'}"
-        finding = Finding("W604", told, reading.refused)
+        message = (
+            f"nothing is to be done: the request says not to {reading.refused or 'do anything'}"
+        )
+        finding = Finding("W604", message, reading.refused)
         results = [Result(Report(Task(""), "", (), (finding,)), None, Usage())]
     usage = results[0].usage
     told_by = [each for each in asked if each[1].value != LATER.value]
@@ -184,9 +186,9 @@ def _tutor(run: Run, limit: int) -> Ended:
     tries = 0
     while True:
         report, tries = yield from _replan(run, report, tries, limit)
-        told = _keys(still_open(run, report))
+        found = _keys(still_open(run, report))
         report = yield from ask(run, report)
-        if tries >= limit or run.stopped or not _keys(still_open(run, report)) - told:
+        if tries >= limit or run.stopped or not _keys(still_open(run, report)) - found:
             break  # else the answers brought up what a new plan could mend
     report = yield from set_aside(run, report)
     report = yield from mend(run, report)

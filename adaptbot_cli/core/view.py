@@ -51,7 +51,9 @@ def thing(kg: Kg, entity: URIRef) -> Thing:
             place = kg.name(value)
         facts.setdefault(kg.home_of(predicate), {})[local(predicate)] = _plain(kg, value)
     states = facts.get(STATES, {})
-    attributes = {k: v for home, told in facts.items() if home != STATES for k, v in told.items()}
+    attributes = {
+        k: v for home, record in facts.items() if home != STATES for k, v in record.items()
+    }
     return Thing(
         kg.name(entity),
         ", ".join(kinds),

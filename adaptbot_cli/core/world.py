@@ -73,15 +73,15 @@ def plain(node: Node, kg: Kg) -> str | bool | int | float:
     return value if isinstance(value, bool | int | float) else str(value)
 
 
-def fact_of(told: object, kg: Kg) -> Triple:
+def fact_of(reply: object, kg: Kg) -> Triple:
     """Return the fact that three names stand for.
 
     Raises:
         ValueError: it is none, or names what this home does not know; the message says what.
     """
-    if not isinstance(told, list | tuple) or len(told) != 3:
+    if not isinstance(reply, list | tuple) or len(reply) != 3:
         raise ValueError("a fact has three parts: thing, property and value")
-    subject, predicate, value = told
+    subject, predicate, value = reply
     found = [p for p in kg.domain.properties.values() if predicate in (local(p.iri), p.label)]
     prop = next((p for p in found if predicate == local(p.iri)), None) or next(iter(found), None)
     if prop is None:

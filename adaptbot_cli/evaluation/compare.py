@@ -66,10 +66,10 @@ class Difference:
 
 def read_report(path: Path) -> Json:
     """Read what `eval --json` printed. Raises UsageError."""
-    told = bounded.parse_json(read_text(path), path, UsageError)
-    if not isinstance(told, dict) or not isinstance(told.get("trials"), list):
+    record = bounded.parse_json(read_text(path), path, UsageError)
+    if not isinstance(record, dict) or not isinstance(record.get("trials"), list):
         raise UsageError(f"{path} is not what `adaptbot eval --json` prints: it lacks `trials`")
-    for number, trial in enumerate(told["trials"], start=1):
+    for number, trial in enumerate(record["trials"], start=1):
         lacking = [
             name
             for name in ("id", "arm", "required_lost", *SHARES, *MEANS)
@@ -77,7 +77,7 @@ def read_report(path: Path) -> Json:
         ]
         if lacking:
             raise UsageError(f"{path}, trial {number} lacks `{lacking[0]}`")
-    return told
+    return record
 
 
 def compare(before: Json, after: Json, tolerance: float, cost: float) -> list[Difference]:
@@ -124,15 +124,15 @@ def other_settings(before: Json, after: Json) -> dict[str, tuple[Any, Any]]:
     What only one of the reports has, such as one of an older version, is passed over.
     """
     old, new = (
-        told["settings"] if isinstance(told.get("settings"), dict) else {}
-        for told in (before, after)
+        record["settings"] if isinstance(record.get("settings"), dict) else {}
+        for record in (before, after)
     )
     return {name: (old[name], new[name]) for name in old if name in new and old[name] != new[name]}
 
 
 def only_in_one(before: Json, after: Json) -> Iterator[str]:
     """Say which trials one experiment has and the other has not."""
-    keys = [{(t["id"], t["arm"]) for t in told["trials"]} for told in (before, after)]
+    keys = [{(t["id"], t["arm"]) for t in record["trials"]} for record in (before, after)]
     for name, extra in (("first", keys[0] - keys[1]), ("second", keys[1] - keys[0])):
         if extra:
             yield f"{len(extra)} trials are only in the {name}"
@@ -153,19 +153,19 @@ def contrast(
     changed = [difference for difference in found if difference.changed]
     if changed:
         parts += [_table(changed), Text()]
-    said = verdict(found)
-    return Group(*parts, Text(said, "bold red" if any(d.regression for d in found) else "bold"))
+    text = verdict(found)
+    return Group(*parts, Text(text, "bold red" if any(d.regression for d in found) else "bold"))
 
 
 def verdict(found: Sequence[Difference]) -> str:
     """Say in a sentence whether the second experiment is worse, and where."""
     worse = [change for change in found if change.regression]
     if worse:
-        told = []
+        lines = []
         for arm in dict.fromkeys(change.arm for change in worse):
             titles = [_title(change) for change in worse if change.arm == arm]
-            told.append(f"{HEADS[arm]} in {sentence_list(titles, len(titles))}")
-        return f"B is worse than A: {'; '.join(told)}."
+            lines.append(f"{HEADS[arm]} in {sentence_list(titles, len(titles))}")
+        return f"B is worse than A: {'; '.join(lines)}."
     changed = sum(change.changed for change in found)
     if not changed:
         return "B is not worse than A: nothing changed."

@@ -113,14 +113,14 @@ class Results:
                 f"{self.path} holds the results of another experiment (other settings, inputs or "
                 "version); name another file, or delete it"
             )
-        for told in found[1:]:
-            if "trial" in told:
-                self.done[told["trial"]["id"], told["trial"]["arm"]] = told["trial"]
+        for record in found[1:]:
+            if "trial" in record:
+                self.done[record["trial"]["id"], record["trial"]["arm"]] = record["trial"]
         return found[1:]
 
 
-def _line(told: Json) -> str:
-    return json.dumps(told, ensure_ascii=False) + "\n"
+def _line(record: Json) -> str:
+    return json.dumps(record, ensure_ascii=False) + "\n"
 
 
 Key = tuple[str, str]
@@ -319,9 +319,9 @@ class Experiment:
 
         `kg` are the files or the pack that trials start from, `truth` those that the person knows.
         """
-        told = self.setting.as_json()
-        base = told["kg"] or [self.world.where]
-        return {**told, "kg": base, "truth": told["truth"] or base}
+        record = self.setting.as_json()
+        base = record["kg"] or [self.world.where]
+        return {**record, "kg": base, "truth": record["truth"] or base}
 
     def key(self) -> str:
         """Return what tells this experiment from others, its inputs included."""
@@ -356,9 +356,9 @@ class Experiment:
         self._first_answers()
         todo = [chain for chain in self._chains() if not self._is_done(chain, results)]
         for trial in run(todo, self.world, self.rules, pool):
-            told = trial.as_json()
-            results.add(told)
-            ended(told)
+            record = trial.as_json()
+            results.add(record)
+            ended(record)
         order = [(row.id, arm) for row in self.rows for arm in self.setting.arms]
         return [results.done[key] for key in order]
 
@@ -493,5 +493,5 @@ def _nothing_left(setting: Setting, rows: Sequence[Recording], ours: Sequence[Re
 def together(experiments: Sequence[Experiment]) -> Json:
     """Return the settings of several experiments: lists of domains, of bases and of truths."""
     each = [experiment.settings() for experiment in experiments]
-    lists = {name: [told[name] for told in each] for name in ("domain", "kg", "truth")}
+    lists = {name: [record[name] for record in each] for name in ("domain", "kg", "truth")}
     return {**each[0], **lists}

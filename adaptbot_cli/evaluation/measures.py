@@ -72,8 +72,8 @@ class Trial:
 
     def as_json(self) -> dict[str, Any]:
         """Return the trial as a plain object, as it is read back from a file."""
-        told = {key: v for key, v in asdict(self).items() if v is not None or key not in OF_WORLD}
-        return {key: list(v) if isinstance(v, tuple) else v for key, v in told.items()}
+        record = {key: v for key, v in asdict(self).items() if v is not None or key not in OF_WORLD}
+        return {key: list(v) if isinstance(v, tuple) else v for key, v in record.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class ItemCounts:
     lost: tuple[str, ...]
 
 
-def seen(result: Result, required: Iterable[str], told: Iterable[Finding], kg: Kg) -> ItemCounts:
+def seen(result: Result, required: Iterable[str], found: Iterable[Finding], kg: Kg) -> ItemCounts:
     """Look at what became of the required items; `told` are the findings that the arm reports."""
     steps = list(_succeeded(result.report))
     wanted = tuple(required)
@@ -102,7 +102,7 @@ def seen(result: Result, required: Iterable[str], told: Iterable[Finding], kg: K
         for entity in _met(bound, delta)
     }
     used = tuple(name for name in wanted if met & set(kg.find(name)))
-    reported = {normal(finding.subject) for finding in told}
+    reported = {normal(finding.subject) for finding in found}
     names, things = _named(result.report, kg)
     lost = tuple(
         name

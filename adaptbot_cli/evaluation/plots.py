@@ -187,9 +187,9 @@ def draw(report: dict[str, Any], path: Path) -> None:
     with mpl.rc_context(STYLE):
         figure = _figure(report)
         dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        told = dated.get(path.suffix.lower(), {})
+        record = dated.get(path.suffix.lower(), {})
         try:
-            figure.savefig(path, dpi=300, metadata=told)
+            figure.savefig(path, dpi=300, metadata=record)
         except OSError as error:
             raise UsageError(f"cannot write {path}: {error.strerror}") from error
 
@@ -323,8 +323,8 @@ def over_tasks(report: Json) -> RenderableType:
         most = max((value for line in lines.lines for value in line.values), default=0) or 1
         for line in lines.lines:
             drawn = "".join(LEVELS[round(value / most * 8)] for value in line.values)
-            told = f"{line.values[0]:g} → {line.values[-1]:g} {lines.unit}"
-            table.add_row(line.name, Text(drawn, "blue"), Text(told, "dim"))
+            text = f"{line.values[0]:g} → {line.values[-1]:g} {lines.unit}"
+            table.add_row(line.name, Text(drawn, "blue"), Text(text, "dim"))
         if lines.lines:
             parts += [Text(f"\n{lines.title} ({lines.note})", "bold"), table]
     return Group(*parts)

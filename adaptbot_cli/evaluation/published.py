@@ -119,11 +119,11 @@ def _trial(folder: Path, before: list[str]) -> tuple[Json, list[str], Json]:
     refined = list(_texts(outputs, "LLM_output.txt", "LLM_updated_output_{}.txt"))
     left_over = [k for k in range(1, len(raw)) if k < len(before) and raw[k] == before[k]]
     kept = [k for k in range(len(raw)) if k not in left_over]
-    told = dict(enumerate(_feedback(_numbered(folder, "Feedbacks_")), start=1))
+    record = dict(enumerate(_feedback(_numbered(folder, "Feedbacks_")), start=1))
     results = _fields(folder / "results.json")
     trial = {
         "answers": [raw[k] for k in kept],
-        "feedback": [told[k] for k in kept if k in told],
+        "feedback": [record[k] for k in kept if k in record],
         "refined": [refined[k] for k in kept if k < len(refined)],
         "results": {key: value for key, value in results.items() if key != "damaged"},
         "feedback_rounds": len(kept) - 1,
@@ -154,12 +154,12 @@ def _fields(path: Path) -> Json:
     """Read a results file; one that is no valid JSON (one is not) field by field."""
     text = read_text(path)
     try:
-        told = bounded.parse_json(text, path, UsageError)
+        reply = bounded.parse_json(text, path, UsageError)
     except UsageError:
         return {**_by_field(text), "damaged": True}
-    if not isinstance(told, dict):
+    if not isinstance(reply, dict):
         raise UsageError(f"{path} must hold one JSON object")
-    return told
+    return reply
 
 
 def _by_field(text: str) -> Json:

@@ -49,7 +49,7 @@ def read_recordings(path: Path) -> list[Recording]:
     lines = read_lines(path)
     if lines and "trials" not in lines[0][1]:
         raise UsageError(f"{path} holds no answers, only tasks: name who plans them with --model")
-    rows = [row_of(told, f"{path}, line {n}") for n, told in lines]
+    rows = [row_of(record, f"{path}, line {n}") for n, record in lines]
     if not rows:
         raise UsageError(f"{path} holds no recordings: it needs one JSON object a line")
     seen: dict[str, int] = {}
@@ -66,10 +66,10 @@ def read_lines(path: Path) -> list[tuple[int, dict[str, Any]]]:
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if not line.strip():
             continue
-        told = bounded.parse_json(line, f"{path}, line {number}: this", UsageError)
-        if not isinstance(told, dict):
+        reply = bounded.parse_json(line, f"{path}, line {number}: this", UsageError)
+        if not isinstance(reply, dict):
             raise UsageError(f"{path}, line {number}: this must be one JSON object: {{…}}")
-        found.append((number, told))
+        found.append((number, reply))
     return found
 
 
@@ -78,27 +78,27 @@ def read_text(path: Path) -> str:
     return bounded.read_text(path, bounded.JSON, UsageError)
 
 
-def row_of(told: Mapping[str, Any], where: str) -> Recording:
+def row_of(record: Mapping[str, Any], where: str) -> Recording:
     """Return one recording as a row; `where` it stands is said in errors. Raises UsageError."""
-    task = _text(told, "task", where)
-    trials = told.get("trials")
+    task = _text(record, "task", where)
+    trials = record.get("trials")
     if not isinstance(trials, dict) or not trials:
         raise UsageError(f"{where}: `trials` must hold what the model said in at least one arm")
-    said = {_arm(name, where): _trial(trial, name, where) for name, trial in trials.items()}
-    first = next((said[arm][0] for arm in ARMS if arm in said), ())[:1]
-    answers = {arm: (*first, *found[1:]) for arm, (found, _) in said.items()}
-    index = told.get("index", 0)
+    record = {_arm(name, where): _trial(trial, name, where) for name, trial in trials.items()}
+    first = next((record[arm][0] for arm in ARMS if arm in record), ())[:1]
+    answers = {arm: (*first, *found[1:]) for arm, (found, _) in record.items()}
+    index = record.get("index", 0)
     if type(index) is not int:
         raise UsageError(f"{where}: `index`, the place in the order of tasks, must be a number")
     return Recording(
-        id=str(told.get("id") or task),
+        id=str(record.get("id") or task),
         task=task.replace("_", " "),
-        required=_names(told.get("ingredients", []), "ingredients", where),
-        model=str(told.get("model", "")),
-        domain=str(told.get("domain", "")),
+        required=_names(record.get("ingredients", []), "ingredients", where),
+        model=str(record.get("model", "")),
+        domain=str(record.get("domain", "")),
         index=index,
         answers=answers,
-        recorded={arm: figures for arm, (_, figures) in said.items() if figures},
+        recorded={arm: figures for arm, (_, figures) in record.items() if figures},
     )
 
 
@@ -123,15 +123,17 @@ def _figures(results: Any) -> dict[str, float]:
     """The recorded figures that have a measure of ours beside them."""
     names = {"percentage_ingd_used": "overlap", "#token_used": "prompt_tokens"}
     names |= {"#human_involvement": "questions"}
-    told = results if isinstance(results, dict) else {}
-    found = {new: told[old] for old, new in names.items() if isinstance(told.get(old), int | float)}
+    record = results if isinstance(results, dict) else {}
+    found = {
+        new: record[old] for old, new in names.items() if isinstance(record.get(old), int | float)
+    }
     if "overlap" in found:
         found["overlap"] /= 100
     return found
 
 
-def _text(told: Mapping[str, Any], key: str, where: str) -> str:
-    value = told.get(key)
+def _text(record: Mapping[str, Any], key: str, where: str) -> str:
+    value = record.get(key)
     if not isinstance(value, str) or not value.strip():
         raise UsageError(f"{where}: `{key}` must be a text, not empty")
     return value
@@ -164,12 +166,12 @@ def read_tasks(path: Path, domain: str) -> list[Recording]:
         lines = read_lines(path)
         if lines and "trials" in lines[0][1]:
             return [replace(row, answers={}, recorded={}) for row in read_recordings(path)]
-        entries: Iterable[Entry] = ((f"{path}, line {n}", told) for n, told in lines)
+        entries: Iterable[Entry] = ((f"{path}, line {n}", reply) for n, reply in lines)
     elif path.suffix in (".yaml", ".yml"):
         entries = _yaml(path)
     else:
         entries = _plain(path)
-    rows = [_row(told, where, n, domain) for n, (where, told) in enumerate(entries)]
+    rows = [_row(reply, where, n, domain) for n, (where, reply) in enumerate(entries)]
     if not rows:
         raise UsageError(f"{path} lists no task: write one a line, such as `omelette: egg, oil`")
     return [replace(row, id=f"{domain}/{row.index:02d}") for row in rows]
@@ -182,14 +184,14 @@ def _plain(path: Path) -> list[Entry]:
 
 
 def _yaml(path: Path) -> list[Entry]:
-    [told, *more] = bounded.parse_yaml(read_text(path), path) or [None]
-    if more or not isinstance(told, list):
+    [reply, *more] = bounded.parse_yaml(read_text(path), path) or [None]
+    if more or not isinstance(reply, list):
         raise UsageError(f"{path} must hold a list of tasks: `- omelette: egg, oil` or objects")
-    return [(f"{path}, entry {n}", entry) for n, entry in enumerate(told, start=1)]
+    return [(f"{path}, entry {n}", entry) for n, entry in enumerate(reply, start=1)]
 
 
-def _row(told: Any, where: str, index: int, domain: str) -> Recording:
-    task, items = _parts(told)
+def _row(reply: Any, where: str, index: int, domain: str) -> Recording:
+    task, items = _parts(reply)
     if not isinstance(task, str) or not task.strip():
         raise UsageError(f"{where}: a task must be a text or an object with `task`")
     if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
@@ -197,17 +199,17 @@ def _row(told: Any, where: str, index: int, domain: str) -> Recording:
     return Recording("", task.strip(), tuple(map(str.strip, items)), "", domain, index)
 
 
-def _parts(told: Any) -> tuple[Any, Any]:
+def _parts(reply: Any) -> tuple[Any, Any]:
     """The task of an entry and what it requires, in whichever form it is written."""
-    if isinstance(told, str):
-        name, _, rest = told.partition(":")
+    if isinstance(reply, str):
+        name, _, rest = reply.partition(":")
         return name, _split(rest)
-    if not isinstance(told, dict):
+    if not isinstance(reply, dict):
         return None, None
-    if len(told) == 1 and not told.keys() & {"task", "requires", "ingredients"}:
-        [(task, items)] = told.items()
+    if len(reply) == 1 and not reply.keys() & {"task", "requires", "ingredients"}:
+        [(task, items)] = reply.items()
     else:
-        task, items = told.get("task"), told.get("requires", told.get("ingredients", []))
+        task, items = reply.get("task"), reply.get("requires", reply.get("ingredients", []))
     return task, _split(items) if isinstance(items, str) else items
 
 

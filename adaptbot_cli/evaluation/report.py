@@ -99,20 +99,20 @@ def groups(trials: Sequence[Json], cumulative: bool) -> list[Json]:
 
 def _of_arm(trials: Sequence[Json], cumulative: bool) -> Json:
     n = len(trials)
-    told: Json = {"n": n}
+    record: Json = {"n": n}
     intervals: Json = {}
     in_world = all(WORLD_SHARES[0] in t for t in trials)
     for name in (*SHARES, *(WORLD_SHARES if in_world else ())):
         count = sum(bool(t[name]) for t in trials)
-        told[name] = count / n
+        record[name] = count / n
         intervals[name] = wilson(count, n)
     for name in (*MEANS, *(WORLD_MEANS if in_world else ())):
         values = [t[name] for t in trials if t[name] is not None]
-        told[name] = sum(values) / len(values) if values else None
+        record[name] = sum(values) / len(values) if values else None
         intervals[name] = bootstrap(values) if values else None
     nodes, edges = _sizes(trials, cumulative)
     return {
-        **told,
+        **record,
         "required_lost": sum(t["required_lost"] for t in trials),
         "nodes": nodes,
         "edges": edges,
@@ -252,11 +252,11 @@ def graphs(settings: Json) -> list[str]:
 
 
 def _graphs(domain: str, base: Sequence[str], truth: Sequence[str], arms: Sequence[str]) -> str:
-    told = f"{domain}: trials start from {' + '.join(base)}"
+    text = f"{domain}: trials start from {' + '.join(base)}"
     if "llm+kg+human" not in arms:
-        return told
+        return text
     known = "the same" if truth == base else " + ".join(truth)
-    return f"{told}; the simulated person knows {known}"
+    return f"{text}; the simulated person knows {known}"
 
 
 def _title(group: Json, settings: Json) -> Text:

@@ -86,10 +86,10 @@ def plant(facts: Sequence[Triple], kg: Kg, share: float, seed: int) -> list[Trip
 def repaired(result: Result, lost: frozenset[Triple]) -> tuple[int, int]:
     """Return how many of the facts that errors took away were put right: by the person who told
     them, and by what was seen of them."""
-    told = {fact for lesson in result.lessons for fact in lesson.delta.added}
+    found = {fact for lesson in result.lessons for fact in lesson.delta.added}
     surprise = result.outside.surprise if result.outside else Delta()
     seen = {fact[:2] for fact in surprise.removed | surprise.added}
-    return len(lost & told), sum(fact[:2] in seen for fact in lost - told)
+    return len(lost & found), sum(fact[:2] in seen for fact in lost - found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,8 +227,8 @@ class Remembering:
             return Proposal(**kept)
         started = time.monotonic()
         proposal = self.model.propose(turn)
-        told = {"key": " ".join(key), "seconds": round(time.monotonic() - started, 1)}
-        line = json.dumps({**told, "answer": asdict(proposal)}, ensure_ascii=False) + "\n"
+        record = {"key": " ".join(key), "seconds": round(time.monotonic() - started, 1)}
+        line = json.dumps({**record, "answer": asdict(proposal)}, ensure_ascii=False) + "\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:
             file.write(line)
@@ -242,8 +242,8 @@ def _kept(path: Path) -> dict[str, dict[str, Any]]:
     found = {}
     for line in bounded.read_text(path, bounded.GRAPH, UsageError).splitlines():
         with suppress(UsageError, KeyError, TypeError):
-            told = bounded.parse_json(line, str(path), UsageError)
-            found[told["key"]] = told["answer"]
+            reply = bounded.parse_json(line, str(path), UsageError)
+            found[reply["key"]] = reply["answer"]
     return found
 
 
@@ -297,8 +297,8 @@ def perform(
     trial = _measured(row, arm, result, kg, person, seconds)
     if home is not None:
         trial = _in_world(trial, result, home, basis)
-    said = tuple(planner.said) if rules.model else ()
-    return replace(trial, answers=said), result.lessons
+    parts = tuple(planner.said) if rules.model else ()
+    return replace(trial, answers=parts), result.lessons
 
 
 def first_answer(row: Recording, basis: Basis, rules: Rules) -> str:
@@ -374,13 +374,13 @@ def _in_world(trial: Trial, result: Result, home: SimulatedHome, basis: Basis) -
     else:
         met = outside is not None and not check_goal(Scene(home.truth, result.report.task))[0]
         failed, recovered = (outside.failed, outside.recovered) if outside else (0, 0)
-    told, seen = repaired(result, basis.planted)
+    count, seen = repaired(result, basis.planted)
     return replace(
         trial,
         world_goal_met=met,
         steps_failed=failed,
         recovered=recovered,
-        repaired_by_person=told,
+        repaired_by_person=count,
         repaired_by_seeing=seen,
     )
 

@@ -474,8 +474,8 @@ def _show_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
         from adaptbot_cli.core.faults import faults
         from adaptbot_cli.core.visible import visible
 
-        told = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
-        console.print(Text(told, "yellow"))
+        text = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
+        console.print(Text(text, "yellow"))
         for fault in faults(kg)[:1]:
             wrong = f"! {visible(str(fault))}; see adaptbot kg validate"
             console.print(Text(wrong, "yellow"), soft_wrap=True)

@@ -111,9 +111,9 @@ def revert(home: Home, revision: str) -> ProposedChange:
         )
     entries = changes.entries
     if entries and not changes.delta:
-        told = ", ".join(f"{entry.file}: {entry.name}" for entry in entries)
+        text = ", ".join(f"{entry.file}: {entry.name}" for entry in entries)
         raise KnowledgeError(
-            f"{sha[:7]} changed entries that are not made of single facts ({told}); undo it with "
+            f"{sha[:7]} changed entries that are not made of single facts ({text}); undo it with "
             f"`git -C {home.workspace.root} revert {sha[:7]}`"
         )
     notes = tuple(
@@ -174,13 +174,13 @@ def retract(home: Home, name: str, prop: str = "", value: str = "") -> ProposedC
     known = Known(home.kg.domain, home.facts)
     trailers = (("Source", "retract"),)
     if prop:
-        taken, told = _fact(home, name, prop, value)
+        taken, text = _fact(home, name, prop, value)
         gone = following(taken, known)
-        return ProposedChange(Delta(removed=gone), f"retract: {told}", trailers)
-    for taken, told in (_absence(home, name), _alias(home, name)):
+        return ProposedChange(Delta(removed=gone), f"retract: {text}", trailers)
+    for taken, text in (_absence(home, name), _alias(home, name)):
         if taken:
             gone = following(taken, known)
-            return ProposedChange(Delta(removed=gone), f"retract: {told}", trailers)
+            return ProposedChange(Delta(removed=gone), f"retract: {text}", trailers)
     thing = _thing(home, name)
     gone = following({t for t in home.facts if t[0] == thing}, known)
     gone |= {t for t in home.facts if t[2] == thing}
@@ -227,8 +227,8 @@ def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
     found = {t for t in home.facts if t[1] == AB.alias and str(t[2]) == normal(name)}
     if not found or normal(name) in own:
         return set(), ""
-    told = ", ".join(sorted(home.words.name(t[0]) for t in found))
-    return found, f"{normal(name)} is another name for {told}"
+    text = ", ".join(sorted(home.words.name(t[0]) for t in found))
+    return found, f"{normal(name)} is another name for {text}"
 
 
 def _thing(home: Home, name: str) -> object:
@@ -247,8 +247,8 @@ def _thing(home: Home, name: str) -> object:
         hint = f"; near it: {', '.join(near)}" if near else ""
         raise UsageError(f"nothing is called {name}, and nobody said it is not here{hint}")
     if len(mine) > 1:
-        told = ", ".join(f"{home.kg.kind_label(node)} {home.words.name(node)}" for node in mine)
-        raise UsageError(f"several things are called {name}: {told}")
+        text = ", ".join(f"{home.kg.kind_label(node)} {home.words.name(node)}" for node in mine)
+        raise UsageError(f"several things are called {name}: {text}")
     return mine[0]
 
 
@@ -268,10 +268,10 @@ def commit_edits(home: Home, message: str) -> str | None:
             return None
         found = edit_faults(versions.repo, home.domain)
         if found:
-            told = "; ".join(found[:_MOST])
+            text = "; ".join(found[:_MOST])
             more = len(found) - _MOST
             rest = f"; and {more} more: see adaptbot kg validate" if more > 0 else ""
-            raise KnowledgeError(f"the edits were not committed and stay as they are: {told}{rest}")
+            raise KnowledgeError(f"the edits were not committed and stay as they are: {text}{rest}")
         return commit_hand_edits(versions.repo, home.domain, edited, message, _now(), person())
 
 

@@ -26,7 +26,7 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
     files = settled(workspace.root, lambda: workspace.files(domain))
     kg, found, hints = check_files(files)
     if kg is not None and kg.domain.name not in ("", domain):
-        told = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
-        found.append(f'domain.ttl, entry {kg.domain.name}: {told}; write "{domain}"')
+        text = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
+        found.append(f'domain.ttl, entry {kg.domain.name}: {text}; write "{domain}"')
     found += library_faults(workspace.library(domain), kg)
     return kg, found, hints if found or kg is None else [*hints, *weak(kg)]

@@ -286,8 +286,10 @@ def _facts_said_of(home: Home, name: str) -> set[Triple]:
     from adaptbot_cli.core.names import normal
     from adaptbot_cli.core.terms import AB
 
-    said = (t for p in (AB.absentItem, AB.absentAction, AB.alias) for t in home.matching(None, p))
-    found = {t for t in said if str(t[2]) == normal(name)}
+    entries = (
+        t for p in (AB.absentItem, AB.absentAction, AB.alias) for t in home.matching(None, p)
+    )
+    found = {t for t in entries if str(t[2]) == normal(name)}
     parts = {t[0] for t in found if t[1] == AB.alias}
     return found | {t for t in home.facts if t[0] in parts or t[2] in parts} if parts else found
 

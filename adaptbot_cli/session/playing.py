@@ -82,11 +82,11 @@ def replay(
         result = drive(inspect(task, kg, parser(kg), ""), ports)
     else:
         world = header.get("confirm", "none") if "world" in header else None
-        done, told = (
+        done, found = (
             each if isinstance(each := header.get(key), list) else [] for key in ("done", "over")
         )
         # An older transcript has only the names of the tasks.
-        ended = (e if isinstance(e, list) and len(e) == 2 else [e, GOAL_MET] for e in told)
+        ended = (e if isinstance(e, list) and len(e) == 2 else [e, GOAL_MET] for e in found)
         over = tuple((str(name), str(why)) for name, why in ended)
         how = (policy, replans, full, world, tuple(map(str, done)), over)
         result = drive(pursue_each(text, read_it, kg, parser(kg), *how), ports)

@@ -127,8 +127,8 @@ def _unmet(home: Home, delta: Delta) -> tuple[str, ...]:
         for task in home.kg.domain.tasks
         if any(home.kg.find(item) and not now.find(item) for item in task.required)
     ]
-    told = sentence_list(tasks)
-    return (f"{len(tasks)} tasks would need what is not here any more: {told}",) if tasks else ()
+    text = sentence_list(tasks)
+    return (f"{len(tasks)} tasks would need what is not here any more: {text}",) if tasks else ()
 
 
 def plain_parcel(parcel: Parcel) -> dict[str, Any]:

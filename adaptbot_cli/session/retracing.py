@@ -85,7 +85,7 @@ def find_run(workspace: Workspace, name: str | None) -> Path:
     fitting = fitting or [run for run in runs if run.stem.partition("-")[2].startswith(task)]
     if len(fitting) == 1:
         return fitting[0]
-    told = ", ".join(run.stem for run in (fitting or runs)[-3:])
+    text = ", ".join(run.stem for run in (fitting or runs)[-3:])
     if fitting:
-        raise UsageError(f'"{name}" may mean {len(fitting)} runs: {told}; write more of the name')
-    raise UsageError(f'no run or file is called "{name}"; the latest runs are {told}')
+        raise UsageError(f'"{name}" may mean {len(fitting)} runs: {text}; write more of the name')
+    raise UsageError(f'no run or file is called "{name}"; the latest runs are {text}')

@@ -132,8 +132,8 @@ class Served:
             return came
         came.came = Delta((ours | rest) - facts, facts - ours - rest)
         if came.came:
-            told = self._told(self.shared.behind(came.came), came.came)
-            trailers = [("Source", "pull"), ("Remote", self.shared.endpoint.url), *told]
+            found = self._told(self.shared.behind(came.came), came.came)
+            trailers = [("Source", "pull"), ("Remote", self.shared.endpoint.url), *found]
             keeper(self.home).change(came.came, compose("pull: the shared graph", trailers))
             self.home = Home(self.home.workspace, self.home.domain)
         known = self.shadow.facts or _NONE
@@ -149,8 +149,8 @@ class Served:
             (Delta(added=conflict.ours), self._since()),
             (Delta(added=conflict.theirs), self.shared.behind(Delta(added=conflict.theirs))),
         ):
-            told = dict(self._told(answers, delta))
-            sides.append(", ".join(filter(None, (told.get("By-1"), told.get("At-1", "")[:10]))))
+            record = dict(self._told(answers, delta))
+            sides.append(", ".join(filter(None, (record.get("By-1"), record.get("At-1", "")[:10]))))
         return sides[0], sides[1] or "the shared graph"
 
     def _base(self, fetched: "Fetched") -> Facts:
@@ -258,13 +258,13 @@ class Served:
         left = {short("-", t) for t in delta.removed} | {short("+", t) for t in delta.added}
         found: list[tuple[str, str]] = []
         number = 0
-        for told in reversed(answers):
-            facts = [fact for fact in told.facts if fact in left]
+        for reply in reversed(answers):
+            facts = [fact for fact in reply.facts if fact in left]
             if facts:
                 left.difference_update(facts)
                 number += 1
-                values = {"Question": told.question, "Answer": told.said, "By": told.by}
-                found += [(f"{k}-{number}", v) for k, v in {**values, "At": told.at}.items()]
+                values = {"Question": reply.question, "Answer": reply.said, "By": reply.by}
+                found += [(f"{k}-{number}", v) for k, v in {**values, "At": reply.at}.items()]
                 found += [(f"Fact-{number}", fact) for fact in facts]
         return found
 
@@ -295,8 +295,8 @@ def _named(text: str) -> set[str]:
     return {variant for name in several for variant in (name, *variants(name))}
 
 
-def _refuse(told: list[str]) -> None:
-    raise KnowledgeError(f"nothing of the shared graph was taken: {'; '.join(told)}")
+def _refuse(lines: list[str]) -> None:
+    raise KnowledgeError(f"nothing of the shared graph was taken: {'; '.join(lines)}")
 
 
 @dataclass(slots=True)

@@ -54,12 +54,12 @@ class _Table:
             stands, falls = conflict.ours, conflict.theirs
             if side == "theirs":
                 stands, falls = falls, stands
-            told = next((c.label for c in asked.choices if c.value == answer.value), "")
+            text = next((c.label for c in asked.choices if c.value == answer.value), "")
             lesson = Lesson(
                 Delta(falls - stands, stands - falls),
                 asked,
                 replace(answer, by=answer.by or person()),
-                f"{asked.about}: {asked.label} {told}",
+                f"{asked.about}: {asked.label} {text}",
             )
             self.lessons[key] = side, lesson
         return self.lessons[key][0]
@@ -71,8 +71,8 @@ def asked_of(dispute: "Dispute") -> "Question":
 
 
 def _who(origin: Origin) -> str:
-    told = (origin.by or origin.author, (origin.at or origin.when)[:10])
-    return ", ".join(part for part in told if part)
+    parts = (origin.by or origin.author, (origin.at or origin.when)[:10])
+    return ", ".join(part for part in parts if part)
 
 
 def sync(workspace: Workspace, remote: str, human: Human) -> Synced:

@@ -87,8 +87,8 @@ def _human(answers: Path | None, prompts: "Console | None", agreed: bool) -> Hum
     terminal = TerminalHuman(prompts, person(), now)
     if answers is None:
         return terminal
-    told, path = read_answers(answers), str(answers)
-    return AnswersHuman(told, person(), path, reviewer=terminal.review)
+    record, path = read_answers(answers), str(answers)
+    return AnswersHuman(record, person(), path, reviewer=terminal.review)
 
 
 def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) -> Added:

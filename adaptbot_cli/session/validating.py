@@ -51,8 +51,8 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
 
 def _hinted(hint: str, domain: str) -> Wrong:
     """A hint of the tasks, in the parts of its sentence."""
-    file, _, told = hint.partition(": ")
-    message, _, remedy = told.partition("; ")
+    file, _, text = hint.partition(": ")
+    message, _, remedy = text.partition("; ")
     return Wrong(message, f"kg/{domain}/{file}", remedy, hint=True)
 
 
@@ -72,9 +72,9 @@ def _explained(fault: str, domain: str, home: Home | None) -> Wrong:
     return Wrong(f"{match['entry']}: {match['told']}", file, remedy, caused)
 
 
-def _meant(name: str, told: str, home: Home) -> list[Triple]:
+def _meant(name: str, text: str, home: Home) -> list[Triple]:
     """The facts that a fault is about: those of its thing whose predicate or place it names."""
-    words = set(re.split(r"[\s:,()]+", told))
+    words = set(re.split(r"[\s:,()]+", text))
     places = {kind.location_property for kind in home.kg.domain.kinds.values()}
     about = sorted(t for t in home.facts if name in (home.words.name(t[0]), local(t[0])))
     named = [t for t in about if local(t[1]) in words]

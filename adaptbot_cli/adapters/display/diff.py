@@ -111,9 +111,9 @@ def _learned(lesson: Lesson, kg: Kg) -> Iterator[PropertyDiff]:
     if lesson.action is not None:
         name = lesson.question.about if lesson.replaces else lesson.action.name
         for note in lesson.notes:
-            prop, colon, told = note.partition(": ")
+            prop, colon, text = note.partition(": ")
             yield (
-                PropertyDiff(name, prop, new=(told,))
+                PropertyDiff(name, prop, new=(text,))
                 if colon
                 else PropertyDiff(name, "action", new=(note,))
             )

@@ -61,8 +61,8 @@ def summary(report: Report) -> str:
     for step in report.steps:
         tally[step.status] += 1
     parts = [count(len(report.steps), "step")]
-    told = [status for status in ("changed", "inserted", "dropped") if tally[status]]
-    parts += [f"{tally[status]} {status}" for status in told]
+    lines = [status for status in ("changed", "inserted", "dropped") if tally[status]]
+    parts += [f"{tally[status]} {status}" for status in lines]
     open_ = len(_merged(report.findings))
     parts += [count(open_, "finding") if open_ else "nothing open"]
     return ", ".join(parts)
@@ -191,8 +191,8 @@ def _merged(findings: Iterable[Finding]) -> list[tuple[Finding, list[int]]]:
 def _where(places: Sequence[int], finding: Finding) -> str:
     if places:
         shown = 3 if len(places) == 3 else 2  # "3 more" never stands for what would fit as well
-        told = sentence_list([*map(str, sorted(places))], shown)
-        return f"{'step' if len(places) == 1 else 'steps'} {told}"
+        text = sentence_list([*map(str, sorted(places))], shown)
+        return f"{'step' if len(places) == 1 else 'steps'} {text}"
     return f"line {finding.line}" if finding.line is not None else "plan"
 
 

@@ -58,13 +58,13 @@ class _View:
     def __rich__(self) -> RenderableType:
         shown = [line for line in self.lines[-LINES - 20 :] if line[0].strip()][-LINES:]
         width = max(self.console.width - 4, 8)
-        told = [
+        found = [
             Text("  ").append_text(plain_text(line, "dim" if reasoning else "", width))
             for line, reasoning in shown
         ]
         seconds = time.monotonic() - self.started
         words = f" {self.name}: {count(len(shown) and len(self.lines), 'line')} · {seconds:.0f} s"
-        if not told:
+        if not found:
             words = f" waiting for {self.name} · {seconds:.0f} s · Ctrl-C stops it"
         self.spinner.update(text=plain_text(words, "dim", width))
-        return Group(*told, self.spinner)
+        return Group(*found, self.spinner)

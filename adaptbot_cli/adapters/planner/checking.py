@@ -34,8 +34,8 @@ def _names(plan: LibraryPlan, owners: dict[str, Path]) -> Iterator[str]:
     for name in plan.names:
         other = owners.setdefault(normal(name), plan.path)
         if other != plan.path:
-            told = f'its name "{name}" is that of {other.name} too'
-            yield f"{plan.path}: {told}; take it from one of them"
+            text = f'its name "{name}" is that of {other.name} too'
+            yield f"{plan.path}: {text}; take it from one of them"
 
 
 def _calls(plan: LibraryPlan, kg: Kg | None) -> Iterator[str]:

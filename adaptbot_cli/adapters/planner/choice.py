@@ -53,12 +53,12 @@ def choose(
     for address in (api_base, settings.get("api_base")):
         if address and not str(address).startswith(("http://", "https://")):
             raise UsageError("the API base must be an address such as http://127.0.0.1:8000/v1")
-    said = (
+    found = (
         (option, said_by),
         (settings.get("model"), "adaptbot.toml"),
         (environ.get("ADAPTBOT_MODEL"), "ADAPTBOT_MODEL"),
     )
-    for name, where in said:
+    for name, where in found:
         if name:
             return _named(str(name), f"from {where}", settings, environ, api_base)
     base = api_base or settings.get("api_base")

@@ -86,9 +86,9 @@ def failure(
         return Failure(f"its answer is longer than {LONGEST:,} characters, which no plan is")
     if kind == "NotFoundError" or _no_provider(error):
         return Failure(_wrong_name(error, called, known()))
-    told = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
-    if told is not None:
-        return Failure(told.format(detail=_quoted(error, called)), refused=kind in _ABOUT_THE_FORM)
+    text = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
+    if text is not None:
+        return Failure(text.format(detail=_quoted(error, called)), refused=kind in _ABOUT_THE_FORM)
     if kind == "RateLimitError" and not _used_up(error):
         return Failure("it is limiting requests (429)", True, _retry_after(error))
     if kind == "RateLimitError":
@@ -155,8 +155,8 @@ def _wrong_name(error: BaseException, called: Called, known: Iterable[str]) -> s
 def _quoted(error: BaseException, called: Called) -> str:
     """The provider's own words, scrubbed, in brackets."""
     body = getattr(error, "body", None)
-    told = body.get("message") if isinstance(body, dict) else None
-    words = str(told or getattr(error, "message", "") or "")
+    reply = body.get("message") if isinstance(body, dict) else None
+    words = str(reply or getattr(error, "message", "") or "")
     words = words.rpartition("Exception - ")[2]
     return f' ("{called.secrets.detail(words)}")' if words else ""
 
@@ -170,12 +170,12 @@ def _retry_after(error: BaseException) -> float | None:
     response = getattr(error, "response", None)
     for headers in (getattr(error, "litellm_response_headers", None),
                     getattr(response, "headers", None)):  # fmt: skip
-        told = str((headers or {}).get("retry-after") or "").strip()
-        when = email.utils.parsedate_tz(told) if told else None
+        text = str((headers or {}).get("retry-after") or "").strip()
+        when = email.utils.parsedate_tz(text) if text else None
         if when is not None:
             return max(email.utils.mktime_tz(when) - time.time(), 0.0)
-        if told.replace(".", "", 1).isdecimal():
-            return float(told)
+        if text.replace(".", "", 1).isdecimal():
+            return float(text)
     return None
 
 
@@ -186,17 +186,17 @@ def _is_network(error: BaseException, causes: list[BaseException]) -> bool:
 
 def _nobody_there(causes: Iterable[BaseException]) -> bool:
     """Whether another try is in vain: nothing listens there, or the host has no address."""
-    said = " ".join(str(cause).lower() for cause in causes)
-    return "connection refused" in said or any(told in said for told in _NO_HOST)
+    text = " ".join(str(cause).lower() for cause in causes)
+    return "connection refused" in text or any(text in text for text in _NO_HOST)
 
 
 def _unreachable(causes: list[BaseException], called: Called) -> str:
-    said = " ".join(str(cause).lower() for cause in causes)
-    if "connection refused" in said and is_here(called.address or ""):
+    text = " ".join(str(cause).lower() for cause in causes)
+    if "connection refused" in text and is_here(called.address or ""):
         return f"nothing listens at {called.place}; start the server, or correct --api-base"
-    if "connection refused" in said:
+    if "connection refused" in text:
         or_proxy = ", or the proxy that HTTP_PROXY or HTTPS_PROXY names" if getproxies() else ""
         return f"{called.place}{or_proxy} refused the connection"
-    if any(told in said for told in _NO_HOST):
+    if any(text in text for text in _NO_HOST):
         return f"no network, or no such host: {called.place} cannot be found"
     return f"the connection to {called.place} was lost"

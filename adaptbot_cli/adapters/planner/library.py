@@ -174,10 +174,10 @@ class LibraryPlan:
         except (jinja2.TemplateError, RecursionError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
             where = f"{self.path}, line {line + self._front_lines}" if line else str(self.path)
-            told = str(getattr(error, "message", None) or error).rstrip(".")
+            text = str(getattr(error, "message", None) or error).rstrip(".")
             if isinstance(error, RecursionError):
-                told = "it is nested too deep"
-            raise PackError(f"{where}: {told}; correct the template there") from error
+                text = "it is nested too deep"
+            raise PackError(f"{where}: {text}; correct the template there") from error
 
     @property
     def _front_lines(self) -> int:
@@ -235,9 +235,9 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
             parts[2],
         )
     except (KeyError, AttributeError, TypeError, ValueError) as error:
-        told = " ".join(str(error).split())
+        text = " ".join(str(error).split())
         remedy = "see the plan library in docs/domains.md"
-        raise PackError(f"{path}: its front matter lacks or garbles {told}; {remedy}") from error
+        raise PackError(f"{path}: its front matter lacks or garbles {text}; {remedy}") from error
 
 
 def _text(path: Path) -> str:
@@ -260,12 +260,12 @@ def _refuse(key: str) -> tuple[str, ...]:
 
 def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
     """Return the plan with the longest name whose words the task all has, and that name."""
-    said = _folded(task)
+    names = _folded(task)
     fitting = [
         ((len(_folded(name)), len(name)), name, plan)
         for plan in library
         for name in plan.names
-        if _folded(name) <= said
+        if _folded(name) <= names
     ]
     if not fitting:
         return None
@@ -306,8 +306,8 @@ class Library:
             ModelError: nothing in the library is near the task.
         """
         if turn.attempt:
-            told = "the plan library has no other plan for this task; the plan stays as it is"
-            return Proposal(turn.previous, calls=0, failure=told)
+            text = "the plan library has no other plan for this task; the plan stays as it is"
+            return Proposal(turn.previous, calls=0, failure=text)
         found = nearest_plan(turn.task.name, read_library(*self.folders))
         if found is None:
             raise ModelError(
@@ -335,8 +335,8 @@ class Library:
 
     def _meant(self, turn: Propose) -> str:
         """The listed task that a slip of the pen in a task's name may mean, for a sentence."""
-        said = " ".join(w for w in words(turn.task.name) if w not in self.domain.fillers)
-        near = misspelt(said, [" ".join(words(n)) for n in self.domain.task_names], _A_SLIP)
+        text = " ".join(w for w in words(turn.task.name) if w not in self.domain.fillers)
+        near = misspelt(text, [" ".join(words(n)) for n in self.domain.task_names], _A_SLIP)
         return f' (is it "{near}" that you mean?)' if near else ""
 
     def _elsewhere(self, turn: Propose) -> str:
@@ -351,9 +351,9 @@ class Library:
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:
         """The task's items; of a task that is not listed, the usual ones and what was asked for."""
-        told = turn.task.required
+        parts = turn.task.required
         judged = self.domain.task_classes.get(normal(turn.task.judged_by))
-        own = set(told) - {*(judged.required if judged else ())}
+        own = set(parts) - {*(judged.required if judged else ())}
         usual = plan.base if own and plan.base is not None else plan.ingredients
-        found = dict.fromkeys(told if turn.task.known else (*usual, *told))
-        return [item for item in found if item in told or self._usable(item, turn)]
+        found = dict.fromkeys(parts if turn.task.known else (*usual, *parts))
+        return [item for item in found if item in parts or self._usable(item, turn)]

@@ -82,10 +82,10 @@ def model_file(name: str) -> Path:
         if brought is None:
             raise ModelError(f"There is no model on board: {_INSTALL}. {_OTHERWISE}")
         return brought
-    told = name.removeprefix(f"{NAME}:")
-    path = Path(told).expanduser()
-    if not told or not path.is_file():
-        raise ModelError(f'There is no file "{told}": --model local:PATH names a GGUF file.')
+    text = name.removeprefix(f"{NAME}:")
+    path = Path(text).expanduser()
+    if not text or not path.is_file():
+        raise ModelError(f'There is no file "{text}": --model local:PATH names a GGUF file.')
     try:
         with path.open("rb") as file:
             start = file.read(len(_MAGIC))
@@ -169,8 +169,8 @@ class Board:
                     if line.startswith("data: {") and json.loads(line[6:]).get("choices"):
                         came.append(time.monotonic())
         except (httpx.HTTPError, ValueError) as error:
-            told = self.death() or f"The model on board, {self.file.name}, does not answer."
-            raise ModelError(told) from error
+            text = self.death() or f"The model on board, {self.file.name}, does not answer."
+            raise ModelError(text) from error
         if len(came) < 3:
             raise ModelError(f"The model on board, {self.file.name}, writes nothing.")
         tokens = len(_SAMPLE.split())
@@ -199,8 +199,8 @@ def _check_memory(file: Path) -> None:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
     except OSError:  # not told as Linux does
         return
-    told = next((line.split()[1] for line in lines if line.startswith("MemAvailable:")), None)
-    free = needed if told is None else int(told) * 1024
+    text = next((line.split()[1] for line in lines if line.startswith("MemAvailable:")), None)
+    free = needed if text is None else int(text) * 1024
     if needed > free:
         raise ModelError(
             f"There is too little memory for {file.name}: it needs {needed >> 20} MB, and "

@@ -166,8 +166,8 @@ class Model:
                 model = replace(model, form=None)
                 continue
             if not failed.again or number == TRIES:
-                told = f"{failed.why}, {TRIES} times" if failed.again else failed.why
-                raise ModelError(called.sentence(told))
+                text = f"{failed.why}, {TRIES} times" if failed.again else failed.why
+                raise ModelError(called.sentence(text))
             self._wait(called, failed, number)
         raise AssertionError("the last try returns or raises")
 
@@ -188,8 +188,8 @@ class Model:
         called = Called(self.name, self.asking.api_base, self.secrets)
         missing = model.missing_keys()
         if missing:
-            told = " and ".join(missing)
-            raise ModelError(f"The model {self.name} needs a key: set {told}. {WITHOUT_MODEL}")
+            text = " and ".join(missing)
+            raise ModelError(f"The model {self.name} needs a key: set {text}. {WITHOUT_MODEL}")
         return model, called
 
     def _room(self, model: Provider, messages: list[Message]) -> int | None:
@@ -248,8 +248,8 @@ class Model:
         """Return an answer's reasoning and its plan, without secrets."""
         thought, text = plan_text(answer, whole)
         reasoning, plan = split(text, self.prompts.style)
-        told = "\n".join(part for part in (thought, reasoning) if part)
-        return self.secrets.cut(told), self.secrets.cut(plan)
+        message = "\n".join(part for part in (thought, reasoning) if part)
+        return self.secrets.cut(message), self.secrets.cut(plan)
 
     def _count(self, model: Provider, answer: PartialAnswer, messages: list[Message]) -> Any:
         """Count what an answer, whole or not, has cost; return it as litellm puts it together."""

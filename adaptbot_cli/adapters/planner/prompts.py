@@ -152,7 +152,7 @@ class Prompts:
         before = () if "memory" in self.leave_out else turn.before
         return self._render(
             "replan.j2",
-            wrong=[(heading, list(told)) for heading, told in wrong.items() if told],
+            wrong=[(heading, list(record)) for heading, record in wrong.items() if record],
             before=list(dict.fromkeys(finding.message for finding in before)),
             required=turn.task.required,
             excluded=_limits(turn.task)["excluded"],
@@ -205,8 +205,8 @@ class Prompts:
             thought = self._thought(calls, used)
             text = f"{thought}\n{MARK}\n{text}"
             if self.style == "schema":
-                told = {"reasoning": thought, "plan": [_as_json(call) for call in calls]}
-                text = json.dumps(told, ensure_ascii=False, separators=(",", ":"))
+                record = {"reasoning": thought, "plan": [_as_json(call) for call in calls]}
+                text = json.dumps(record, ensure_ascii=False, separators=(",", ":"))
         return [{"role": "user", "content": asked}, {"role": "assistant", "content": text}]
 
     def _thought(self, calls: Sequence[Call], items: Sequence[str]) -> str:
@@ -225,7 +225,7 @@ class Prompts:
             ("To do", ", ".join(dict.fromkeys(done))),
             ("With", tools),
         )
-        return "\n".join(f"{head}: {told or 'nothing'}" for head, told in lines)
+        return "\n".join(f"{head}: {text or 'nothing'}" for head, text in lines)
 
     @cached_property
     def _states(self) -> frozenset[URIRef]:
@@ -259,8 +259,8 @@ class Prompts:
         if len(actions) <= MOST_ACTIONS:
             return actions
         used = chain(*(_CALLED.findall(plan.body) for plan in near), _CALLED.findall(turn.previous))
-        said = {*words(turn.task.name), *words(turn.task.said)}
-        wanted = {*used, *(name for action in actions for name in action.names if name in said)}
+        names = {*words(turn.task.name), *words(turn.task.said)}
+        wanted = {*used, *(name for action in actions for name in action.names if name in names)}
         ranked = sorted(
             actions,
             key=lambda a: (wanted.isdisjoint(a.names), -max(self._usual[n] for n in a.names)),
@@ -325,15 +325,15 @@ _CALLED = re.compile(r"^\s*(\w+)\(", re.MULTILINE)
 
 def _phrases(task: Task) -> Iterator[str]:
     """The names that a request may hold, longest first."""
-    said = words(f"{task.name} {task.said}")
+    parts = words(f"{task.name} {task.said}")
     for length in range(_PHRASE, 0, -1):
-        for at in range(len(said) - length + 1):
-            yield "_".join(said[at : at + length])
+        for at in range(len(parts) - length + 1):
+            yield "_".join(parts[at : at + length])
 
 
 def _nearness(task: Task, plan: LibraryPlan) -> float:
-    said = _folded(" ".join((task.name, *task.like)))
-    named = max((_shared(said, _folded(name)) for name in plan.names), default=0.0)
+    names = _folded(" ".join((task.name, *task.like)))
+    named = max((_shared(names, _folded(name)) for name in plan.names), default=0.0)
     return named + _shared(set(task.required), set(plan.ingredients))
 
 
@@ -352,10 +352,10 @@ def _as_json(call: Call) -> Mapping[str, object]:
 
 def _limits(task: Task) -> dict[str, object]:
     """What a task asks for besides: the person's words, what is excluded, how many, where to."""
-    said = task.said if words(task.said) != words(task.name) else ""
+    text = task.said if words(task.said) != words(task.name) else ""
     rules = (rule.message.format(item="what") for rule in task.rules)
     excluded = [name.replace("_", " ") for name in dict.fromkeys((*task.excluded, *rules))]
-    return {"said": said, "excluded": excluded, "amount": task.amount, "place": task.place}
+    return {"said": text, "excluded": excluded, "amount": task.amount, "place": task.place}
 
 
 def _signatures(actions: Iterable[Action], explained: bool) -> list[str]:

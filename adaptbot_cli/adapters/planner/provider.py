@@ -135,16 +135,16 @@ class _AsEvents(_Bounded):
     def __iter__(self) -> Iterator[bytes]:
         whole = b"".join(super().__iter__())
         try:
-            told = parse_json(whole, "an answer", ModelError)
-            for choice in told["choices"]:
+            reply = parse_json(whole, "an answer", ModelError)
+            for choice in reply["choices"]:
                 message = choice["delta"] = choice.pop("message")
                 for index, call in enumerate(message.get("tool_calls") or ()):
                     call["index"] = index
         except (ModelError, LookupError, TypeError, AttributeError):
             yield whole
             return
-        told["object"] = "chat.completion.chunk"
-        yield b"data: " + json.dumps(told).encode() + b"\n\ndata: [DONE]\n\n"
+        reply["object"] = "chat.completion.chunk"
+        yield b"data: " + json.dumps(reply).encode() + b"\n\ndata: [DONE]\n\n"
 
 
 def load_early() -> None:
@@ -161,8 +161,8 @@ def _load_quietly() -> None:
 
 def _straight_to_this_machine() -> None:
     """Keep requests to this machine from any proxy that the environment names."""
-    said = os.environ.get("no_proxy") or os.environ.get("NO_PROXY") or ""
-    names = [name.strip() for name in said.split(",") if name.strip()]
+    text = os.environ.get("no_proxy") or os.environ.get("NO_PROXY") or ""
+    names = [name.strip() for name in text.split(",") if name.strip()]
     names += [host for host in LOOPBACK if host not in names]
     os.environ["no_proxy"] = os.environ["NO_PROXY"] = ",".join(names)
 
@@ -259,10 +259,10 @@ class Provider:
             return 0.0 if self._is_free else None
         full = price.of(prompt, completion)
         try:
-            told = float(self.litellm.completion_cost(whole, model=self.model))
+            amount = float(self.litellm.completion_cost(whole, model=self.model))
         except Exception:  # litellm raises a bare one for what it cannot work out
-            told = full
-        return round(told if told >= full / 10 else full, 8)
+            amount = full
+        return round(amount if amount >= full / 10 else full, 8)
 
     @property
     def _is_free(self) -> bool:
@@ -277,8 +277,10 @@ class Provider:
         if self._is_free:
             return Price()
         try:
-            told = self.litellm.get_model_info(self.model)
-            return Price(float(told["input_cost_per_token"]), float(told["output_cost_per_token"]))
+            reply = self.litellm.get_model_info(self.model)
+            return Price(
+                float(reply["input_cost_per_token"]), float(reply["output_cost_per_token"])
+            )
         except Exception:  # litellm raises a bare one for a model that it does not know
             return None
 
@@ -287,4 +289,4 @@ class Provider:
         if self.asking.api_base:
             return [f"openai/{name}" for name in served(self.asking.api_base)]
         known: Mapping[str, Mapping[str, Any]] = self.litellm.model_cost
-        return [name for name, told in known.items() if told.get("mode") == "chat"]
+        return [name for name, record in known.items() if record.get("mode") == "chat"]

@@ -68,8 +68,10 @@ def _rank(model: Mapping[str, Any]) -> tuple[bool, int, str]:
 def _can_plan(model: Mapping[str, Any]) -> bool:
     name, details = str(model["name"]).lower(), model.get("details")
     details = details if isinstance(details, dict) else {}
-    told = details.get("families")
-    families = {str(each) for each in (told if isinstance(told, list) else [details.get("family")])}
+    reply = details.get("families")
+    families = {
+        str(each) for each in (reply if isinstance(reply, list) else [details.get("family")])
+    }
     chats = not families or bool(families - _FAMILIES_WITHOUT_CHAT)
     return chats and not any(part in name for part in _NO_PLANNERS)
 

@@ -90,9 +90,9 @@ def from_json(text: str) -> tuple[str, str]:
     Raises:
         ModelError: it is not of that form.
     """
-    told = bounded.parse_json(text.strip(), "the answer", ModelError)
+    reply = bounded.parse_json(text.strip(), "the answer", ModelError)
     try:
-        steps = [Call(str(step["action"]), tuple(map(str, step["args"]))) for step in told["plan"]]
-        return str(told.get("reasoning", "")), "\n".join(call.render() for call in steps)
+        steps = [Call(str(step["action"]), tuple(map(str, step["args"]))) for step in reply["plan"]]
+        return str(reply.get("reasoning", "")), "\n".join(call.render() for call in steps)
     except (TypeError, KeyError, AttributeError) as error:
         raise ModelError("the answer has another form than was asked for") from error

@@ -28,15 +28,15 @@ def plan_text(answer: PartialAnswer, whole: Any) -> tuple[str, str]:
     Reasoning tries calls out that are no part of the plan, and it would be paid for again in each
     re-prompt. Some models open it in the prompt, so that only its end is seen.
     """
-    said = "".join(answer.text)
-    text = without_reasoning(said)
+    message = "".join(answer.text)
+    text = without_reasoning(message)
     deltas = (chunk.choices[0].delta for chunk in answer.chunks if chunk.choices)
     thought = "".join(getattr(delta, "reasoning_content", None) or "" for delta in deltas)
-    if text != said.lstrip("\n"):
-        thought += said.removesuffix(text)
+    if text != message.lstrip("\n"):
+        thought += message.removesuffix(text)
     calls = streamed_calls(answer) or tool_calls(whole)
-    told = "\n".join(part for part in (text, *calls) if part)
-    return _encodable(thought.strip()), _encodable(told)
+    message = "\n".join(part for part in (text, *calls) if part)
+    return _encodable(thought.strip()), _encodable(message)
 
 
 def _encodable(text: str) -> str:

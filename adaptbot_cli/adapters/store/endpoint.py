@@ -78,8 +78,8 @@ class Endpoint:
             to = _shown(answer.headers.get("location", ""))
             raise self._unlike(url, f"it leads to {to}; name that, redirects are not followed")
         if not answer.is_success:
-            told = " ".join(bytes(body).decode("utf-8", "replace").split())[:200]
-            raise self._unlike(url, f"it answers {answer.status_code}: {told}")
+            text = " ".join(bytes(body).decode("utf-8", "replace").split())[:200]
+            raise self._unlike(url, f"it answers {answer.status_code}: {text}")
         return bytes(body)
 
     def _auth(self) -> "httpx.Auth | None":
@@ -88,8 +88,8 @@ class Endpoint:
             return _Given(f"Bearer {token}")
         return _Asked(user, password) if user and password else None
 
-    def _unlike(self, url: str, told: str) -> KnowledgeError:
-        return KnowledgeError(f"the shared graph at {_shown(url)} could not be used: {told}")
+    def _unlike(self, url: str, text: str) -> KnowledgeError:
+        return KnowledgeError(f"the shared graph at {_shown(url)} could not be used: {text}")
 
 
 @cache
@@ -129,8 +129,8 @@ def endpoint_of(
 ) -> Endpoint | None:
     """Return the server that settings and environment name, None if they name none."""
     url = environ.get("ADAPTBOT_KG_ENDPOINT") or settings.get("kg.endpoint")
-    told = environ.get("ADAPTBOT_KG_UPDATE_ENDPOINT") or settings.get("kg.update_endpoint")
-    return Endpoint(str(url), str(told or url), environ) if url else None
+    text = environ.get("ADAPTBOT_KG_UPDATE_ENDPOINT") or settings.get("kg.update_endpoint")
+    return Endpoint(str(url), str(text or url), environ) if url else None
 
 
 def _shown(url: str) -> str:

@@ -83,8 +83,8 @@ def _refuse_controls(triples: Iterable[Triple]) -> None:
     for subject, predicate, value in sorted(triples):
         if found := _CONTROLS.search(str(value)):
             fact = " ".join(map(local, (subject, predicate)))
-            told = f"the value of {fact} has the character U+{ord(found[0]):04X}"
-            raise KnowledgeError(f"{told}, which XML cannot hold; export another format")
+            text = f"the value of {fact} has the character U+{ord(found[0]):04X}"
+            raise KnowledgeError(f"{text}, which XML cannot hold; export another format")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,13 +117,13 @@ def ask(store: pyoxigraph.Store, query: str, prefixes: Mapping[str, str]) -> Ans
         if isinstance(found, pyoxigraph.QueryTriples):
             return Answered(graph=frozenset(triple_of(triple) for triple in found))
         form = pyoxigraph.QueryResultsFormat.JSON
-        told = (found.serialize(format=form) or b"").decode("utf-8")
+        reply = (found.serialize(format=form) or b"").decode("utf-8")
         if isinstance(found, pyoxigraph.QueryBoolean):
-            return Answered(truth=bool(found), json=told)
-        again: Any = pyoxigraph.parse_query_results(told, form)
+            return Answered(truth=bool(found), json=reply)
+        again: Any = pyoxigraph.parse_query_results(reply, form)
         names = tuple(variable.value for variable in again.variables)
         rows = tuple(tuple(_value(value) for value in row) for row in again)
-        return Answered(names, rows, json=told)
+        return Answered(names, rows, json=reply)
     except (SyntaxError, ValueError, OSError) as error:
         raise _invalid(error, query, prefixes) from error
 
@@ -170,7 +170,7 @@ def _invalid(error: Exception, text: str, prefixes: Mapping[str, str]) -> UsageE
     unknown = unknown_prefixes(text, prefixes)
     if unknown:
         here = sentence_list([f"{name}:" for name in sorted(prefixes)], len(prefixes))
-        told = f"the prefix {unknown[0]}: is not known; those known here are {here}"
-        return UsageError(f"{told}. Declare others: PREFIX {unknown[0]}: <…>")
-    told = " ".join(str(error).split()).partition(", [")[0].partition(" expected one of [")[0]
-    return UsageError(f"this is no valid SPARQL: {told}")
+        message = f"the prefix {unknown[0]}: is not known; those known here are {here}"
+        return UsageError(f"{message}. Declare others: PREFIX {unknown[0]}: <…>")
+    message = " ".join(str(error).split()).partition(", [")[0].partition(" expected one of [")[0]
+    return UsageError(f"this is no valid SPARQL: {message}")

@@ -216,11 +216,11 @@ class Repo:
         """The reference that a commit moves (HEAD itself if detached) and the file it is in."""
         path = self._gitdir / "HEAD"
         with files.refusing(path, "read"):
-            told = path.read_bytes()[:4096].decode("utf-8", "replace").strip()
-        if _SHA.fullmatch(told):
+            text = path.read_bytes()[:4096].decode("utf-8", "replace").strip()
+        if _SHA.fullmatch(text):
             return "HEAD", path
-        name = told.removeprefix("ref: ").strip()
-        if not told.startswith("ref: ") or not name.startswith("refs/") or _ODD.search(name):
+        name = text.removeprefix("ref: ").strip()
+        if not text.startswith("ref: ") or not name.startswith("refs/") or _ODD.search(name):
             raise KnowledgeError(
                 f"{path} is damaged: it names no branch. Write the branch into it that was checked "
                 "out, such as `git symbolic-ref HEAD refs/heads/main`; `git fsck` tells the rest."
@@ -269,8 +269,8 @@ class Repo:
                 return self._repo.revparse_single(rev).peel(pygit2.Commit)
             except (pygit2.GitError, ValueError, KeyError) as error:
                 if "ambiguous" in str(error):
-                    told = f"{rev!r} is short for several commits; write more."
-                    raise KnowledgeError(told) from error
+                    text = f"{rev!r} is short for several commits; write more."
+                    raise KnowledgeError(text) from error
                 raise KnowledgeError(
                     f"There is no version {rev!r} in {self._top}; `git log` lists them."
                 ) from error
@@ -375,18 +375,18 @@ class Repo:
                     path = f"{folder}{entry.name}"
                     link = entry.filemode == _pygit2().enums.FileMode.LINK
                     if _BARRED.search(entry.name) or path.count("/") > _DEEPEST:
-                        told = "has a name that no file of a workspace has"
+                        text = "has a name that no file of a workspace has"
                     elif isinstance(entry, tree):
                         open_.append((f"{path}/", entry))
                         continue
                     elif link or not isinstance(entry, blob):
-                        told = f"is a {'symbolic link' if link else 'submodule'}"
+                        text = f"is a {'symbolic link' if link else 'submodule'}"
                     elif len(found) == _MOST_FILES:
-                        told = f"comes after {_MOST_FILES:,} files"
+                        text = f"comes after {_MOST_FILES:,} files"
                     else:
                         found[path] = str(entry.id)
                         continue
-                    raise KnowledgeError(f"{rev[:7]}: {path!r} {told}; it is not taken.")
+                    raise KnowledgeError(f"{rev[:7]}: {path!r} {text}; it is not taken.")
         return found
 
     def merged(self, before: str | None, ours: str | None, theirs: str | None) -> bytes | None:
@@ -463,9 +463,9 @@ class Repo:
         if data is not None:
             try:
                 intent = Intent.loads(data)
-                told = f"a commit of {len(intent.new)} files was interrupted"
+                text = f"a commit of {len(intent.new)} files was interrupted"
                 there = intent.commit in self._repo
-                yield told, f"the next command {'finishes' if there else 'undoes'} it"
+                yield text, f"the next command {'finishes' if there else 'undoes'} it"
             except ValueError:
                 at = self._gitdir / "adaptbot" / "intent.json"
                 yield f"{at} is damaged", "compare the files with `git status`, then remove it"
@@ -661,8 +661,8 @@ class Repo:
                 return
             again = whole and self._again(intent, head)
             if not there:
-                told = "its objects are gone from the repository, so it was undone"
-                self.notes.append(f"a commit was interrupted, and {told}; see `git status`")
+                text = "its objects are gone from the repository, so it was undone"
+                self.notes.append(f"a commit was interrupted, and {text}; see `git status`")
             self._back(intent, index)
         if again:
             self.commit(*again)
@@ -737,10 +737,10 @@ class Repo:
         """Who is named where git looks for names: environment, then configuration."""
 
         def setting(what: str, default: str) -> str:
-            told = os.environ.get(f"GIT_{kind}_{what}", "")
+            text = os.environ.get(f"GIT_{kind}_{what}", "")
             for section in (kind.lower(), "user"):
-                told = told or self.setting(f"{section}.{what.lower()}")
-            return re.sub(r"[<>\x00-\x1f]", "", told).strip() or default
+                text = text or self.setting(f"{section}.{what.lower()}")
+            return re.sub(r"[<>\x00-\x1f]", "", text).strip() or default
 
         name, email = setting("NAME", "adaptbot"), setting("EMAIL", "adaptbot@localhost")
         when = when.astimezone() if when.tzinfo is None else when
@@ -836,11 +836,11 @@ class Repo:
     @contextmanager
     def _shared(self) -> Iterator[None]:
         """Let others write what is written here, if the repository is shared by a group."""
-        told = self.setting("core.sharedrepository").lower()
+        text = self.setting("core.sharedrepository").lower()
         free = {"group": 0o070, "true": 0o070, "1": 0o070, "all": 0o077, "world": 0o077,
-                "everybody": 0o077, "2": 0o077}.get(told, 0)  # fmt: skip
-        if re.fullmatch(r"0[0-7]{3}", told):
-            free = int(told, 8) & 0o077
+                "everybody": 0o077, "2": 0o077}.get(text, 0)  # fmt: skip
+        if re.fullmatch(r"0[0-7]{3}", text):
+            free = int(text, 8) & 0o077
         mask = os.umask(0)
         os.umask(mask & ~free)
         try:
@@ -879,10 +879,10 @@ def _refuse_borrowed(holder: Path, git: Path) -> None:
     if at.is_dir() and not at.is_symlink():
         return
     back = git / "gitdir"  # of a worktree; a submodule has its folder in its configuration
-    told = back.read_text("utf-8", "replace").strip() if back.is_file() else ""
+    text = back.read_text("utf-8", "replace").strip() if back.is_file() else ""
     config = _pygit2().Config(str(git / "config")) if (git / "config").is_file() else {}
-    told = told or (str(config["core.worktree"]) if "core.worktree" in config else "")
-    named = Path(os.path.normpath(git / told)) if told else git
+    text = text or (str(config["core.worktree"]) if "core.worktree" in config else "")
+    named = Path(os.path.normpath(git / text)) if text else git
     if at.is_symlink() or named not in (at, holder):
         raise KnowledgeError(
             f"{at} leads to {git}, which is the repository of another folder. If it is meant to be "
@@ -958,31 +958,31 @@ def _error_messages(place: Path) -> Iterator[None]:
     try:
         yield
     except pygit2.GitError as error:
-        told = str(error)
-        if "failed to parse config" in told or "config file" in told:
+        text = str(error)
+        if "failed to parse config" in text or "config file" in text:
             raise KnowledgeError(
-                f"git's configuration cannot be read: {told}; correct that file."
+                f"git's configuration cannot be read: {text}; correct that file."
             ) from error
-        if "mandatory extension" in told:
+        if "mandatory extension" in text:
             raise KnowledgeError(
                 f"{place} has a split or sparse index, which adaptbot cannot write; run `git "
                 "update-index --no-split-index` or `git sparse-checkout reapply "
                 "--no-sparse-index`."
             ) from error
-        if "unsupported" in told or "unknown object format" in told:
+        if "unsupported" in text or "unknown object format" in text:
             raise KnowledgeError(
-                f"The git repository of {place} cannot be written by adaptbot: {told}; choose a "
+                f"The git repository of {place} cannot be written by adaptbot: {text}; choose a "
                 "workspace outside it with --workspace."
             ) from error
         if _full(place):
-            told = _FULL
+            text = _FULL
         raise KnowledgeError(
-            f"The git repository of {place} could not be used: {told}; `git fsck` tells more."
+            f"The git repository of {place} could not be used: {text}; `git fsck` tells more."
         ) from error
     except OSError as error:
-        told = error.strerror or (_FULL if _full(place) else str(error))
+        text = error.strerror or (_FULL if _full(place) else str(error))
         raise KnowledgeError(
-            f"The git repository of {place} could not be used: {told} "
+            f"The git repository of {place} could not be used: {text} "
             f"({error.filename or place}); correct that and try again."
         ) from error
     except (KeyError, ValueError) as error:

@@ -186,8 +186,8 @@ class Keeper:
         trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
         sentences = [lesson.sentence for lesson in turn.lessons]
         message = compose(f"learn: {title}", [*trailers, *of_lessons(turn.lessons)], sentences)
-        told = f" {self.origin.transcript}" if self.origin.transcript else ""
-        hint = f"the answers are in the transcript{told}"
+        text = f" {self.origin.transcript}" if self.origin.transcript else ""
+        hint = f"the answers are in the transcript{text}"
         change = net(lesson.delta for lesson in turn.lessons)
         return Kept(self.change(change, message, turn.lessons, hint))
 
@@ -322,9 +322,9 @@ def commit_hand_edits(
 ) -> str:
     """Commit hand edits of a domain's files as they are; the caller is in `repo.writing`."""
     names = ", ".join(path.rpartition("/")[2] for path in edited)
-    told = write([("Source", "hand edit"), *([("By", by)] if by else [])])
+    text = write([("Source", "hand edit"), *([("By", by)] if by else [])])
     contents = {path: disk.read(repo.root, path) for path in edited}
-    return repo.commit(contents, f"{message.strip() or f'hand edit: {names}'}\n\n{told}", when)
+    return repo.commit(contents, f"{message.strip() or f'hand edit: {names}'}\n\n{text}", when)
 
 
 def start(
@@ -480,9 +480,9 @@ def _renamed(text: str, file: str, domain: URIRef, new: URIRef, name: str) -> st
 
 def refusal(where: str, found: Iterable[Fault], lessons: Sequence[Lesson], hint: str) -> str:
     """Say why a change is refused: each fault, and the answers that caused it."""
-    told = "; ".join(f"{fault.plain}{_cause(fault, lessons)}" for fault in found)
+    text = "; ".join(f"{fault.plain}{_cause(fault, lessons)}" for fault in found)
     rest = f"; {hint}" if hint else ""
-    return f"this cannot be kept beside what {where} holds now: {told}. Nothing was changed{rest}."
+    return f"this cannot be kept beside what {where} holds now: {text}. Nothing was changed{rest}."
 
 
 def _cause(fault: Fault, lessons: Sequence[Lesson]) -> str:
@@ -492,5 +492,5 @@ def _cause(fault: Fault, lessons: Sequence[Lesson]) -> str:
         for lesson in lessons
         if fault.about in {t[0] for t in lesson.delta.added | lesson.delta.removed}
     ]
-    said = [f'"{x.answer.value}" to "{x.question.text}"' for x in direct or near]
-    return f" (from the answer {' and '.join(said)})" if said else ""
+    lines = [f'"{x.answer.value}" to "{x.question.text}"' for x in direct or near]
+    return f" (from the answer {' and '.join(lines)})" if lines else ""

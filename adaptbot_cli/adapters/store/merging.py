@@ -200,11 +200,11 @@ class Merger:
         return None if blob is None else self.repo.blob(blob)
 
     def _refuse(self, faults: Iterable[str]) -> None:
-        told = list(faults)
-        if told:
-            more = f"; and {len(told) - _MOST} more" if len(told) > _MOST else ""
+        lines = list(faults)
+        if lines:
+            more = f"; and {len(lines) - _MOST} more" if len(lines) > _MOST else ""
             raise KnowledgeError(
-                f"nothing of {self.name} was taken: {'; '.join(told[:_MOST])}{more}. Correct it "
+                f"nothing of {self.name} was taken: {'; '.join(lines[:_MOST])}{more}. Correct it "
                 "there, or take it back there, and try again."
             )
 

@@ -125,8 +125,8 @@ def _readable(files: Mapping[str, bytes], name: str) -> None:
         files[name].decode("utf-8")
     except UnicodeDecodeError as error:
         line = files[name].count(b"\n", 0, error.start) + 1
-        told = f"{name}, line {line}: is no UTF-8 text; save the file as UTF-8"
-        raise KnowledgeError(told) from error
+        text = f"{name}, line {line}: is no UTF-8 text; save the file as UTF-8"
+        raise KnowledgeError(text) from error
 
 
 def misplaced(kg: Kg) -> Iterator[str]:
@@ -136,8 +136,8 @@ def misplaced(kg: Kg) -> Iterator[str]:
     for home, file, at in ((states, attributes, STATES), (attributes, states, ATTRIBUTES)):
         astray = {(s, p) for s, p, _ in kg.strays if kg.home_of(p) == at}
         for subject, predicate in sorted(astray | (classes if file == states else set())):
-            told = f"{local(predicate)} does not belong here"
-            yield f"{file}, entry {local(subject)}: {told}; move it to {home}"
+            text = f"{local(predicate)} does not belong here"
+            yield f"{file}, entry {local(subject)}: {text}; move it to {home}"
 
 
 def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[Triple]]:

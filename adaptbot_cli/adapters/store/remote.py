@@ -96,7 +96,7 @@ class Remote:
                 if not any(word in str(error).lower() for word in _MOVED):
                     raise
                 return False
-        if any(word in told.lower() for told in answers.refused for word in _MOVED):
+        if any(word in text.lower() for text in answers.refused for word in _MOVED):
             return False
         if answers.refused:
             raise KnowledgeError(
@@ -112,9 +112,9 @@ class Remote:
         try:
             yield self.repo.libgit2.remotes.create_anonymous(self.url)
         except (pygit2.GitError, OSError, ValueError, KeyError) as error:
-            told = " ".join(_shown(str(error)).split()).rstrip(".")
+            text = " ".join(_shown(str(error)).split()).rstrip(".")
             raise KnowledgeError(
-                f"{self.name} could not be {what}: {told}. Nothing is lost: try again later, or "
+                f"{self.name} could not be {what}: {text}. Nothing is lost: try again later, or "
                 "see whether the address is right and you may go there."
             ) from error
 

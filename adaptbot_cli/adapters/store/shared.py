@@ -162,7 +162,7 @@ class SharedGraph:
             f"ORDER BY ?at LIMIT {_MANY}"
         )
         texts = [row[1].value for row in rows]
-        return [told for text in texts for told in answers(parse(f"x\n\n{text}")[2])]
+        return [answer for text in texts for answer in answers(parse(f"x\n\n{text}")[2])]
 
     def write(self, delta: Delta, expected: Facts, trailers: Iterable[tuple[str, str]]) -> bool:
         """Make a change there if what it rests on is as `expected`; tell whether it was made.
@@ -172,13 +172,13 @@ class SharedGraph:
         """
         entry = URIRef(f"urn:uuid:{uuid4()}")
         things = {s for s, _, _ in delta.removed | delta.added}
-        told = {
+        found = {
             (entry, AB.told, Literal(write(trailers))),
             (entry, AB.at, Literal(datetime.now(UTC).isoformat())),
             *((entry, AB.about, thing) for thing in things),
         }
         log = f"GRAPH <{self.graphs['log']}>"
-        added = f"{self._graphs(delta.added)} {log} {{ {_lines(told)} }}"
+        added = f"{self._graphs(delta.added)} {log} {{ {_lines(found)} }}"
         self.calls += 2
         self.endpoint.update(
             f"DELETE {{ {self._graphs(delta.removed)} }} INSERT {{ {added} }} "

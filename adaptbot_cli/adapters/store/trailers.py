@@ -131,17 +131,17 @@ def answers(trailers: Iterable[tuple[str, str]]) -> tuple[Told, ...]:
             parts.setdefault(int(match[2]), {}).setdefault(match[1], []).append(value)
     found = []
     for number, fields in sorted(parts.items()):
-        question, said, by, at, likely = (
+        question, text, by, at, likely = (
             fields.get(key, [""])[0] for key in ("Question", "Answer", "By", "At", "Suggested")
         )
-        if "At" not in fields and (match := _SIGNED.fullmatch(said)):
-            said, signed = match[1], match[2] or ""
+        if "At" not in fields and (match := _SIGNED.fullmatch(text)):
+            text, signed = match[1], match[2] or ""
             by, _, at = signed.rpartition(", ") if ", " in signed else (signed, "", "")
-        found.append(Told(number, question, said, by, at, tuple(fields.get("Fact", ())), likely))
+        found.append(Told(number, question, text, by, at, tuple(fields.get("Fact", ())), likely))
     return tuple(found)
 
 
-def taught(told: Told, sign: str, facts: Iterable[tuple[object, ...]]) -> frozenset[tuple]:  # type: ignore[type-arg]
+def taught(answer: Told, sign: str, facts: Iterable[tuple[object, ...]]) -> frozenset[tuple]:  # type: ignore[type-arg]
     """Return those facts that an answer of a commit taught."""
-    written = set(map(plain, told.facts))
+    written = set(map(plain, answer.facts))
     return frozenset(fact for fact in facts if short(sign, fact) in written)  # type: ignore[arg-type]

@@ -326,8 +326,8 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
     if used:
         lines = newline.join(declaration(name, KNOWN_PREFIXES[name]) for name in sorted(used))
         at = head_end if head_end is not None else 0
-        told = f"{newline}{lines}" if head_end is not None else f"{lines}{newline * 2}"
-        edits.insert(0, (at, at, told))
+        message = f"{newline}{lines}" if head_end is not None else f"{lines}{newline * 2}"
+        edits.insert(0, (at, at, message))
     # Of those at one place the first of the list comes first.
     parts, at = [text[: len(text) - len(body)]], 0
     for start, end, now in sorted(edits, key=lambda edit: edit[:2]):
@@ -351,15 +351,15 @@ def _edits(
 ) -> Iterator[tuple[int, int, str]]:
     """The edits of the blocks of one subject."""
     drop = {_key(triple) for triple in gone.get(subject, ())}
-    said = {
+    record = {
         place: parsed(f"{scope.text}\n{body[place.start : place.end]}", path)
         for place, scope in places
     }
-    known = {_key(triple) for triples in said.values() for triple in triples}
+    known = {_key(triple) for triples in record.values() for triple in triples}
     fresh = [triple for triple in new.get(subject, ()) if _key(triple) not in known]
     fresh_keys = {_key(triple) for triple in new.get(subject, ())}
     for number, (place, scope) in enumerate(places, start=1):
-        triples = said[place]
+        triples = record[place]
         left = [t for t in triples if _key(t) not in drop or _key(t) in fresh_keys]
         nested = any(isinstance(t.subject, BlankNode) for t in triples)
         more = fresh if number == len(places) else []

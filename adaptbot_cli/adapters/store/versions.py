@@ -272,11 +272,14 @@ class Versions:
             found = None
         if found is not None:
             commit, one = found
-            for told in answers(commit.trailers):
-                if told.number == int(number):
+            for answer in answers(commit.trailers):
+                if answer.number == int(number):
                     delta = one.changes.delta
-                    gone, came = taught(told, "-", delta.removed), taught(told, "+", delta.added)
-                    return commit, Delta(gone, came), told.question
+                    gone, came = (
+                        taught(answer, "-", delta.removed),
+                        taught(answer, "+", delta.added),
+                    )
+                    return commit, Delta(gone, came), answer.question
         raise KnowledgeError(f'there is no answer "{name}"; `adaptbot kg log` tells their ids')
 
     def origins(self, facts: Iterable[Triple], pack: frozenset[Triple]) -> dict[Triple, Origin]:
@@ -325,9 +328,9 @@ class Versions:
         for one in self.taught(last):
             likely = _triples(line for line in one.added if last in line)
             if not one.first and f"+ {fact}" in {short("+", triple) for triple in likely}:
-                told = answers(self._commit(one.sha).trailers)
-                said = (answer.said for answer in told if f"+ {fact}" in answer.facts)
-                return next(said, f"commit {one.sha[:7]}")
+                found = answers(self._commit(one.sha).trailers)
+                lines = (answer.said for answer in found if f"+ {fact}" in answer.facts)
+                return next(lines, f"commit {one.sha[:7]}")
         return f"from the {self.domain} as it came"
 
     def _origin(
@@ -336,17 +339,17 @@ class Versions:
         """Why a commit added or removed a fact."""
         commit = self._commit(one.sha)
         about = _of_commit(commit)
-        for told in answers(commit.trailers):
-            if taught(told, sign, [triple]):
+        for answer in answers(commit.trailers):
+            if taught(answer, sign, [triple]):
                 return replace(
                     about,
                     source="answer",
-                    answer=answer_id(commit.sha, told.number),
-                    question=told.question,
-                    said=told.said,
-                    by=told.by or about.by,
-                    at=told.at,
-                    suggestion=told.suggestion,
+                    answer=answer_id(commit.sha, answer.number),
+                    question=answer.question,
+                    said=answer.said,
+                    by=answer.by or about.by,
+                    at=answer.at,
+                    suggestion=answer.suggestion,
                 )
         if one.first and not commit.trailers:
             return PACK if triple in pack else replace(about, source="start")
@@ -362,12 +365,12 @@ class Versions:
     def chapter(self, one: CommitDelta) -> Chapter:
         """Return what a commit taught as people read it."""
         commit = self._commit(one.sha)
-        told = answers(commit.trailers)
+        found = answers(commit.trailers)
         lines = [line.strip() for line in commit.body.splitlines() if line.strip()]
-        if len(lines) != len(told):
-            lines = ["; ".join(answer.facts) for answer in told]
+        if len(lines) != len(found):
+            lines = ["; ".join(answer.facts) for answer in found]
         start = bool(one.first) and not commit.trailers
-        return Chapter(_of_commit(commit), told, tuple(lines), one.changes, start)
+        return Chapter(_of_commit(commit), found, tuple(lines), one.changes, start)
 
 
 def _of_commit(commit: Commit) -> Origin:
@@ -413,9 +416,9 @@ def read(data: bytes, name: str, path: str) -> FileFacts:
         called = {t for t in about if t.predicate.value == _CALLED} - deep
         facts |= {str(t) for t in (called if whole else set(about) - deep)}
         if whole or deep:
-            told = set(about) - called if whole else deep
+            found = set(about) - called if whole else deep
             named = local(node_of(subject)) if name in _BY_IRI else _entry_name(subject, about)
-            entries[named] = _described(told, by_subject, set())
+            entries[named] = _described(found, by_subject, set())
     return FileFacts(frozenset(facts), entries)
 
 

@@ -31,8 +31,8 @@ def log(chapters: Sequence[Chapter], words: Words, detailed: bool) -> Renderable
     for chapter in chapters:
         parts.append(_head(chapter))
         if chapter.start:
-            told = f"{count(len(chapter.changes.delta.added), 'fact')} to begin with"
-            parts.append(indented([(Text(told, "dim"),)]))
+            text = f"{count(len(chapter.changes.delta.added), 'fact')} to begin with"
+            parts.append(indented([(Text(text, "dim"),)]))
         elif detailed or not chapter.answers:
             known = words.also(chapter.changes.delta.added).also(chapter.changes.delta.removed)
             parts.append(indented([(difference(chapter.changes, known, 12),)]))  # type: ignore[list-item]
@@ -46,17 +46,17 @@ def log(chapters: Sequence[Chapter], words: Words, detailed: bool) -> Renderable
 def _head(chapter: Chapter) -> RenderableType:
     origin = chapter.origin
     planner = "" if origin.planner == "none" else origin.planner
-    told = joined((chapter.by(), origin.task, planner), "")
-    first = Text.assemble((origin.revision[:7], "yellow"), f"  {minute(origin.when)}  ", told)
+    text = joined((chapter.by(), origin.task, planner), "")
+    first = Text.assemble((origin.revision[:7], "yellow"), f"  {minute(origin.when)}  ", text)
     if chapter.answers:
         return first
     return Group(first, indented([(cell(origin.subject, "bold"),)]))
 
 
 def _answers(chapter: Chapter) -> Iterable[tuple[Text, ...]]:
-    for told, sentence in zip(chapter.answers, chapter.sentences, strict=True):
-        number = answer_id(chapter.origin.revision, told.number)
-        yield Text(number, "dim"), cell(sentence) + _likely(told.suggestion)
+    for answer, sentence in zip(chapter.answers, chapter.sentences, strict=True):
+        number = answer_id(chapter.origin.revision, answer.number)
+        yield Text(number, "dim"), cell(sentence) + _likely(answer.suggestion)
 
 
 def _likely(reason: str) -> Text:
@@ -66,9 +66,9 @@ def _likely(reason: str) -> Text:
 
 def _beside(chapter: Chapter) -> Text | None:
     """What a run's commit took along that no answer taught."""
-    told = sum(len(answer.facts) for answer in chapter.answers)
+    value = sum(len(answer.facts) for answer in chapter.answers)
     delta = chapter.changes.delta
-    more = len(delta.added) + len(delta.removed) - told
+    more = len(delta.added) + len(delta.removed) - value
     entries = [f"{entry.file}: {entry.name} {entry.sign}" for entry in chapter.changes.entries]
     parts = [*([f"{count(more, 'fact')} edited by hand"] if more > 0 else []), *entries]
     return cell(f"and {', '.join(parts)}", "dim") if parts else None
@@ -133,9 +133,9 @@ def _past(past: Sequence[Turnover], words: Words) -> Iterable[tuple[Text, ...]]:
     for turn in past:
         origin = turn.origin
         style = "green" if turn.sign == "+" else "red"
-        told = origin.question if origin.source == "answer" else _source(origin, words)
+        text = origin.question if origin.source == "answer" else _source(origin, words)
         yield (
             Text(turn.sign, style),
             cell(words.value(turn.triple[2])),
-            joined((origin.answer or origin.revision[:7], minute(origin.when), told)),
+            joined((origin.answer or origin.revision[:7], minute(origin.when), text)),
         )

@@ -19,33 +19,35 @@ from adaptbot_cli.core.terms import local
 _MOST_ROWS = 12
 
 
-def status(told: Status, words: Words | None) -> RenderableType:
+def status(standing: Status, words: Words | None) -> RenderableType:
     """Show how a workspace stands: revision, edits with what they change, open runs."""
-    revision = f"{told.revision[:7]}  {told.subject}" if told.revision else "none yet"
+    revision = f"{standing.revision[:7]}  {standing.subject}" if standing.revision else "none yet"
     rows = [
-        (Text("workspace", "dim"), cell(str(told.root))),
-        (Text("domain", "dim"), cell(told.domain)),
+        (Text("workspace", "dim"), cell(str(standing.root))),
+        (Text("domain", "dim"), cell(standing.domain)),
         (Text("revision", "dim"), cell(revision)),
     ]
     parts: list[RenderableType] = [Padding(indented(rows), 0)]
-    if told.revision is None:
-        parts.append(Text(f"nothing is kept here yet: the {told.domain} is the bundled one", "dim"))
-    elif told.edited:
-        parts.append(cell(f"edited by hand, not committed: {', '.join(told.edited)}", "yellow"))
-        if told.problem:
-            parts.append(Text("✗ ", "red") + cell(told.problem))
-        elif told.changes and words:
-            parts.append(Padding(difference(told.changes, words, _MOST_ROWS), (0, 0, 0, 2)))
+    if standing.revision is None:
+        parts.append(
+            Text(f"nothing is kept here yet: the {standing.domain} is the bundled one", "dim")
+        )
+    elif standing.edited:
+        parts.append(cell(f"edited by hand, not committed: {', '.join(standing.edited)}", "yellow"))
+        if standing.problem:
+            parts.append(Text("✗ ", "red") + cell(standing.problem))
+        elif standing.changes and words:
+            parts.append(Padding(difference(standing.changes, words, _MOST_ROWS), (0, 0, 0, 2)))
         else:
             parts.append(Text("  only comments or layout: no fact differs", "dim"))
-        parts += [Text("✗ ", "red") + cell(fault) for fault in told.faults]
-        if not told.faults and not told.problem:
+        parts += [Text("✗ ", "red") + cell(fault) for fault in standing.faults]
+        if not standing.faults and not standing.problem:
             parts.append(Text('commit them with: adaptbot kg commit -m "…"', "dim"))
     else:
         parts.append(Text("no edits: the files are as committed", "dim"))
-    if told.waiting:
-        parts.append(Text(f"{count(len(told.waiting), 'run')} not ended:", "yellow"))
-        parts.append(indented((cell(path.name),) for path in told.waiting))
+    if standing.waiting:
+        parts.append(Text(f"{count(len(standing.waiting), 'run')} not ended:", "yellow"))
+        parts.append(indented((cell(path.name),) for path in standing.waiting))
     return Group(*parts)
 
 
@@ -90,10 +92,10 @@ def _cell(value: Node | None, prefixes: Mapping[str, str]) -> Text:
 
 def parcel(found: Parcel) -> RenderableType:
     """Show what became of a graph from outside: taken in, left out and why, what is odd in it."""
-    told = [f"{count(len(found.accepted), 'fact')} accepted", f"{len(found.left_out)} left out"]
+    lines = [f"{count(len(found.accepted), 'fact')} accepted", f"{len(found.left_out)} left out"]
     if found.declarations:
-        told.append(f"{len(found.declarations)} declarations passed over (domain.ttl has its own)")
-    parts: list[RenderableType] = [Text(", ".join(told))]
+        lines.append(f"{len(found.declarations)} declarations passed over (domain.ttl has its own)")
+    parts: list[RenderableType] = [Text(", ".join(lines))]
     reasons: dict[str, list[str]] = {}
     for triple, reason in found.left_out.items():
         reasons.setdefault(reason, []).append(" ".join(map(local, triple)))

@@ -95,14 +95,14 @@ def _value(value: Any) -> Text:
     return Text(visible(str(value)))
 
 
-def stats(kg: Kg, told: dict[str, Any]) -> RenderableType:
+def stats(kg: Kg, record: dict[str, Any]) -> RenderableType:
     """Show the counts of a graph."""
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 2), pad_edge=False)
     table.add_column(justify="left")
     table.add_column(justify="right")
     for name in ("nodes", "edges", "actions", "tasks"):
-        table.add_row(Text(name, "bold"), Text(str(told[name])))
+        table.add_row(Text(name, "bold"), Text(str(record[name])))
     labels = {kind.iri.rsplit("/", 1)[-1]: kind.label for kind in kg.domain.kinds.values()}
-    for name, count in told["classes"].items():
+    for name, count in record["classes"].items():
         table.add_row(Text(labels.get(name, name)), Text(str(count)))
     return Group(Text(kg.domain.name, "bold"), table)

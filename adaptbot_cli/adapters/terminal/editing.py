@@ -131,15 +131,15 @@ def _choice(line: EditableCall) -> Choice:
 def _call(text: str, typed: str, kg: Kg, out: Console) -> str:
     """Ask for a call until it is one; nothing for back."""
 
-    def check(said: str) -> str:
+    def check(message: str) -> str:
         try:
-            return "" if not said.strip() or called(said, parse) else _NO_CALL
+            return "" if not message.strip() or called(message, parse) else _NO_CALL
         except UsageError:
             return _NO_CALL
 
     asked = f"{text} (Tab completes, empty: back)"
-    said = canvas.line(asked, out, typed, check, Names.of(kg))
-    return "\n".join(call.render() for call in called(said, parse)) if said else ""
+    message = canvas.line(asked, out, typed, check, Names.of(kg))
+    return "\n".join(call.render() for call in called(message, parse)) if message else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,9 +162,9 @@ class Names(Completer):
         typed = re.search(r"[\w-]*$", before)
         start = typed[0] if typed else ""
         things = [(name, name) for name in self.things]
-        for name, told in things if "(" in before else self.actions:
+        for name, text in things if "(" in before else self.actions:
             if name.startswith(start):
-                yield Completion(name, -len(start), display=told)
+                yield Completion(name, -len(start), display=text)
 
 
 def _describe(edit: Edit, there: Sequence[EditableCall]) -> str:

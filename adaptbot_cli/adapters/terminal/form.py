@@ -130,10 +130,10 @@ class Form(Menu):
         rows = (row for row in self.entries if row.told and row.value and not row.kept)
         return {row.question.key: row.value for row in rows}
 
-    def corrected(self, told: Iterable[Key]) -> list[Key]:
+    def corrected(self, found: Iterable[Key]) -> list[Key]:
         """Return which of some questions have another answer already."""
         there = {row.question.key for row in self.entries if row.question.given}
-        return [key for key in told if key in there]
+        return [key for key in found if key in there]
 
     def hint(self) -> str:
         """Return the keys that take the form."""

@@ -92,14 +92,14 @@ class TerminalHuman:
         if question.key in self.told:
             return self._answer(question, _choice_of(question, self.told.pop(question.key)))
         try:
-            said = self._said(question)
+            choice = self._said(question)
         except KeyboardInterrupt:
             self._stop(question)
             return self.ask(question)
         if self.corrected:
             return back(self.corrected.pop())
         self.told.pop(question.key, None)
-        return self._answer(question, said)
+        return self._answer(question, choice)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
         """Let the person tell what nothing needs, unless a form has asked for it already."""
@@ -108,19 +108,19 @@ class TerminalHuman:
             return (back(self.corrected.pop()),)
         if about not in self.filled and not self.stopping:
             try:
-                said = self._fill((), (*questions, *questions[0].offered))
+                marked = self._fill((), (*questions, *questions[0].offered))
             except KeyboardInterrupt:
                 self._stop(questions[0])
-                said = True
-            if said is None:
+                marked = True
+            if marked is None:
                 return (self._back(questions[0]),)
             if self.corrected:
                 return (back(self.corrected.pop()),)
         self.filled.discard(about)
-        told = [(question, self.told.pop(question.key, "")) for question in questions]
+        found = [(question, self.told.pop(question.key, "")) for question in questions]
         answers = [
             self._answer(question, _choice_of(question, value)) if value else LATER
-            for question, value in told
+            for question, value in found
         ]
         if self.stopping:
             self.stopping = False
@@ -136,21 +136,21 @@ class TerminalHuman:
         there = {lesson.question.key for lesson in lessons}
         review = ReviewList(lessons=lessons, left_out=self.left_out & there)
         try:
-            said = canvas.ask(review, self.console)
+            reply = canvas.ask(review, self.console)
         except KeyboardInterrupt:
             if not self._agrees():
                 raise
-            said = review.ticked()
+            reply = review.ticked()
         self.left_out = review.left_out
-        if isinstance(said, Reviewed):
-            out = len(said.left_out)
-            told = "a correction" if said.back else f"all but {out}"
-            self._tell(TITLE, told)
-            return replace(said, back=said.back and self._target(said.back))
-        for lesson in lessons if said else ():
+        if isinstance(reply, Reviewed):
+            out = len(reply.left_out)
+            text = "a correction" if reply.back else f"all but {out}"
+            self._tell(TITLE, text)
+            return replace(reply, back=reply.back and self._target(reply.back))
+        for lesson in lessons if reply else ():
             self.console.print(Text.assemble(("✓ ", "green"), shown(lesson.sentence)))
-        self._tell(TITLE, "yes" if said else "no")
-        return bool(said)
+        self._tell(TITLE, "yes" if reply else "no")
+        return bool(reply)
 
     def amend(self, turn: Amend) -> PlanEdit | None:
         """Ask for a change of the plan: one key, then what it takes."""
@@ -158,21 +158,21 @@ class TerminalHuman:
             return None
         from adaptbot_cli.adapters.terminal.editing import ask_for_edit
 
-        edit, said = ask_for_edit(turn, self.console, self.rejects)
-        self._tell("Change the plan?", said)
+        edit, text = ask_for_edit(turn, self.console, self.rejects)
+        self._tell("Change the plan?", text)
         return edit and replace(edit, by=self.by, at=self.now())
 
     def _agrees(self) -> bool:
         return bool(canvas.ask(YesNo(_KEEP), self.console).value == "yes")
 
-    def _answer(self, question: Question, said: Choice) -> Answer:
-        if said.value == BACK.value:
+    def _answer(self, question: Question, value: Choice) -> Answer:
+        if value.value == BACK.value:
             return self._back(question)
         likely = self.accepted.pop(question.key, "")
-        self._tell(question.text, f"{said.label} (suggested, {likely})" if likely else said.label)
-        if said.value == LATER.value:
+        self._tell(question.text, f"{value.label} (suggested, {likely})" if likely else value.label)
+        if value.value == LATER.value:
             return LATER
-        return Answer(said.value, self.by, self.now(), suggestion=likely)
+        return Answer(value.value, self.by, self.now(), suggestion=likely)
 
     def _back(self, question: Question) -> Answer:
         """Go to the question before this one."""
@@ -220,9 +220,9 @@ class TerminalHuman:
         for note in question.notes:
             self.console.print(shown(note))
         near = [name for name in question.near if name not in question.alike]
-        for told, names in (("near it", near), ("only spelled alike", question.alike)):
+        for text, names in (("near it", near), ("only spelled alike", question.alike)):
             if names:
-                self.console.print(shown(f"{told}: {sentence_list(names)}", "dim"))
+                self.console.print(shown(f"{text}: {sentence_list(names)}", "dim"))
 
     def _tell(self, text: str, label: str) -> None:
         line = Text.assemble(("? ", "cyan"), shown(text), "  ", shown(label, "cyan"))
@@ -233,8 +233,8 @@ class TerminalHuman:
         from adaptbot_cli.adapters.terminal.form import answered_by_form
 
         if answered_by_form(question):
-            said = self._fill((question, *question.together), question.offered)
-            if said is None:
+            marked = self._fill((question, *question.together), question.offered)
+            if marked is None:
                 return BACK
             return _choice_of(question, self.told[question.key])
         self._above(question)
@@ -254,18 +254,18 @@ class TerminalHuman:
         while True:
             back = "back" if question.answered else ""
             menu = Keys(question.text, back, at, choices=choices)
-            said: Choice = canvas.ask(menu, self.console, follows=again)
-            if menu.by_enter and likely and (said.value, likely.reason) != (marked, AS_BEFORE):
-                self.accepted[question.key] = likely.reason if said.value == marked else ""
-            if said.value not in _WHICH:
-                return said
+            value: Choice = canvas.ask(menu, self.console, follows=again)
+            if menu.by_enter and likely and (value.value, likely.reason) != (marked, AS_BEFORE):
+                self.accepted[question.key] = likely.reason if value.value == marked else ""
+            if value.value not in _WHICH:
+                return value
             again = True
-            which = Question("place", question.about, _WHICH[said.value].format(question.about))
+            which = Question("place", question.about, _WHICH[value.value].format(question.about))
             known = tuple(Choice(name, name) for name in question.known)
             name = self._pick(which, known, back="back")
             if name is not None:
-                told = "it is" if said.value == SAME else "this time only:"
-                return Choice(f"{said.value} {name.value}", f"{told} {title(name.label)}")
+                text = "it is" if value.value == SAME else "this time only:"
+                return Choice(f"{value.value} {name.value}", f"{text} {title(name.label)}")
 
     def _fill(self, needed: Sequence[Question], offered: Sequence[Question]) -> bool | None:
         """Have a form filled in; None if the person goes back."""
@@ -277,17 +277,17 @@ class TerminalHuman:
         edited = False
         while True:
             try:
-                said = canvas.ask(form, self.console, follows=edited)
-                if isinstance(said, TypedValue):
-                    self._edit(form, said.row, said.typed)
+                reply = canvas.ask(form, self.console, follows=edited)
+                if isinstance(reply, TypedValue):
+                    self._edit(form, reply.row, reply.typed)
                     edited = True
                     continue
             except KeyboardInterrupt:
                 self._take(form, form.told())
                 raise
-            if said == BACK:
+            if reply == BACK:
                 return None
-            self._take(form, form.answers(bool(said)))
+            self._take(form, form.answers(bool(reply)))
             self.accepted.update(form.accepted())
             if offered:
                 self.filled.add(form.entries[0].question.about)
@@ -299,9 +299,9 @@ class TerminalHuman:
         self.first = {key: to for key, to in self.first.items() if key[1] != keys[0][1]}
         self.first.update(dict.fromkeys(keys, keys[0]))
 
-    def _take(self, form: "Form", told: dict[Key, str]) -> None:
-        self.told.update(told)
-        self.corrected = form.corrected(told)
+    def _take(self, form: "Form", record: dict[Key, str]) -> None:
+        self.told.update(record)
+        self.corrected = form.corrected(record)
 
     def _edit(self, form: "Form", row: int, typed: str) -> None:
         question = form.entries[row].question

@@ -117,8 +117,8 @@ class Menu:
     def _help(self, numbered: bool, width: int) -> list[Line]:
         moving = [("a number", "that line"), ("esc", self.back)] if numbered else [("↑ ↓", "move")]
         escape = [("Esc", self.back)] if not numbered else []
-        told = [*moving, *self.keys(), *escape, ("Ctrl-C", "stop"), ("?", "hide this")]
-        text = ", ".join(f"{key}: {what}" for key, what in told if what)
+        found = [*moving, *self.keys(), *escape, ("Ctrl-C", "stop"), ("?", "hide this")]
+        text = ", ".join(f"{key}: {what}" for key, what in found if what)
         return [[("then", f"   {part}")] for part in wrap(text, max(width - 5, 20))]
 
 
@@ -133,8 +133,8 @@ def _drawn(row: Row, mark: tuple[str, str], width: int) -> list[Line]:
         return [[mark, *row.parts]]
     if taken + 2 + len(row.then) < width:
         return [[mark, *row.parts, ("then", f"  {row.then}")]]
-    told = wrap(row.then, max(width - 9, 20))
-    return [[mark, *row.parts], *([("then", f"       {part}")] for part in told)]
+    lines = wrap(row.then, max(width - 9, 20))
+    return [[mark, *row.parts], *([("then", f"       {part}")] for part in lines)]
 
 
 @dataclass

@@ -114,16 +114,16 @@ def _question(question: Question) -> Document:
 
 def key_fields(key: Key) -> Document:
     """Return what tells a question from others: its kind, what it is about, the property."""
-    told = dict(zip(("kind", "about", "prop", "subject"), key, strict=True))
-    return {k: v for k, v in told.items() if v and (k, v) != ("subject", "item")}
+    record = dict(zip(("kind", "about", "prop", "subject"), key, strict=True))
+    return {k: v for k, v in record.items() if v and (k, v) != ("subject", "item")}
 
 
-def key_of(told: Any) -> Key | None:
+def key_of(reply: Any) -> Key | None:
     """Return the key that `told_of_key` told, None if it is none."""
-    if not isinstance(told, dict) or not {"kind", "about"} <= told.keys():
+    if not isinstance(reply, dict) or not {"kind", "about"} <= reply.keys():
         return None
-    kind, about, prop = (str(told.get(part, "")) for part in ("kind", "about", "prop"))
-    return kind, about, prop, str(told.get("subject", "item"))
+    kind, about, prop = (str(reply.get(part, "")) for part in ("kind", "about", "prop"))
+    return kind, about, prop, str(reply.get("subject", "item"))
 
 
 def answer_text(value: object) -> str:
@@ -199,7 +199,7 @@ def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
 
 def _seen(seen: Seen, kg: Kg) -> Document:
     """What a world answered; facts by the home's names."""
-    told = {
+    record = {
         "failed": seen.failed,
         "observed": [list(named(fact, kg)) for fact in sorted(seen.observed)],
         "gone": [list(named(fact, kg)) for fact in sorted(seen.gone)],
@@ -207,7 +207,7 @@ def _seen(seen: Seen, kg: Kg) -> Document:
         "over": seen.over,
     }
     goal = {} if seen.goal is None else {"goal": seen.goal}
-    return {**{key: value for key, value in told.items() if value}, **goal}
+    return {**{key: value for key, value in record.items() if value}, **goal}
 
 
 def seen_of(document: Document, kg: Kg) -> Seen:
@@ -224,8 +224,8 @@ def seen_of(document: Document, kg: Kg) -> Seen:
 
 def _edit(turn: Turn, edit: Edit) -> Document:
     text = "reason" if edit.kind == "reject" else "call"
-    told = {"edit": edit.kind, "step": edit.step, "to": edit.to, text: edit.text}
-    document = {**{key: value for key, value in told.items() if value}, **_by(edit)}
+    record = {"edit": edit.kind, "step": edit.step, "to": edit.to, text: edit.text}
+    document = {**{key: value for key, value in record.items() if value}, **_by(edit)}
     if isinstance(turn, Amend) and edit.kind != "reject":
         document["plan"] = edited(edit, turn.report, parse)
     return document

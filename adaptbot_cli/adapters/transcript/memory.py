@@ -92,7 +92,7 @@ class Memory:
         steps = [step.partition(": ")[::2] for step in self.checked]
         at = next((n for n, step in enumerate(steps, 1) if step[1] == call), 0)
         self.checked = self.checked[at:]
-        kept = (told for status, told in steps[at:] if status not in ("inserted", "dropped"))
+        kept = (text for status, text in steps[at:] if status not in ("inserted", "dropped"))
         self.left[self.task] = "\n".join(kept)
 
     def _take_answer(self, document: Document) -> None:
@@ -163,8 +163,8 @@ class RememberingPlanner:
         left = self.memory.left.pop(turn.task.name, "")
         if left and not turn.attempt:
             return Proposal(left, calls=0)
-        told = turn.attempt, tuple(finding_text(finding) for finding in turn.findings)
-        prompts = ((turn.task.name, *told), ("", *told))  # a transcript may not tell the task
+        entries = turn.attempt, tuple(finding_text(finding) for finding in turn.findings)
+        prompts = ((turn.task.name, *entries), ("", *entries))  # a transcript may not tell the task
         found = (self.memory.proposals.pop(prompt, None) for prompt in prompts)
         known = next(filter(None, found), None)
         return self.planner.propose(turn) if known is None else known
@@ -194,10 +194,10 @@ class RememberingHuman:
             return tuple(known)
         if not isinstance(self.human, Volunteer):
             return (LATER,) * len(questions)
-        told = self.human.offer(tuple(map(self.memory.likely, questions)))
-        for answer in told:
+        found = self.human.offer(tuple(map(self.memory.likely, questions)))
+        for answer in found:
             self._forget(answer.to)
-        return told
+        return found
 
     def amend(self, turn: Amend) -> Edit | None:
         """Give the edit that this plan was given, and ask for others."""

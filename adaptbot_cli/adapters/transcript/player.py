@@ -72,18 +72,18 @@ class Player:
 
     def asked(self, turn: Turn) -> None:
         """Find this turn in the transcript and compare. Raises ReplayError where it differs."""
-        told = describe(turn, self.kg)
+        record = describe(turn, self.kg)
         self.current = {}
-        if told is None:
+        if record is None:
             return
-        if self._next_is(told["turn"]):
+        if self._next_is(record["turn"]):
             self.current = self.turns[self.at]
             self.at += 1
-            self._known_keys(told)
-            self._compare(told)
-        elif told["turn"] in ("propose", "ask", "act"):
+            self._known_keys(record)
+            self._compare(record)
+        elif record["turn"] in ("propose", "ask", "act"):
             raise self._differs(
-                f"the run comes to {_short(told)}, the transcript to {self._next()}"
+                f"the run comes to {_short(record)}, the transcript to {self._next()}"
             )
 
     def replied(self, turn: Turn, reply: object) -> None:
@@ -140,7 +140,7 @@ class Player:
             return (back(to),)
         given = self.current.get("answers") or {}
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))
-        told = [
+        found = [
             Answer(
                 answer_text(given[q.prop]), by, at, suggestion=suggestion_of(self.current, q.prop)
             )
@@ -148,8 +148,8 @@ class Player:
             else LATER
             for q in questions
         ]
-        told[-1] = replace(told[-1], last=self.current.get("last") is True)
-        return tuple(told)
+        found[-1] = replace(found[-1], last=self.current.get("last") is True)
+        return tuple(found)
 
     def amend(self, turn: Amend) -> Edit | None:
         """Give the recorded edit, if there is one here."""
@@ -193,16 +193,16 @@ class Player:
             raise self._differs(f"this {self.current.get('turn', 'turn')} lacks `{key}:`")
         return self.current[key]
 
-    def _known_keys(self, told: Document) -> None:
-        unknown = self.current.keys() - told.keys() - _GIVEN_BACK
+    def _known_keys(self, document: Document) -> None:
+        unknown = self.current.keys() - document.keys() - _GIVEN_BACK
         if unknown:
-            kind = told["turn"]
+            kind = document["turn"]
             raise self._differs(f"`{min(unknown)}:` is nothing that a {kind} turn tells")
 
-    def _compare(self, told: Document) -> None:
-        for key in told.keys() & self.current.keys() - _GIVEN_BACK:
-            if _unquoted(key, told[key]) != _unquoted(key, self.current[key]):
-                raise self._differs(f"{key}: {_difference(self.current[key], told[key])}")
+    def _compare(self, document: Document) -> None:
+        for key in document.keys() & self.current.keys() - _GIVEN_BACK:
+            if _unquoted(key, document[key]) != _unquoted(key, self.current[key]):
+                raise self._differs(f"{key}: {_difference(self.current[key], document[key])}")
 
     def _differs(self, how: str) -> ReplayError:
         number = self.at if self.current else self.at + 1

@@ -50,10 +50,10 @@ class Recorder:
 
     def replied(self, turn: Turn, reply: object) -> None:
         """Write a turn with its reply."""
-        told = describe(turn, self.kg)
+        record = describe(turn, self.kg)
         left_as_it_is = isinstance(turn, Amend) and reply is None
-        if told is not None and not left_as_it_is:
-            document = {**told, **reply_fields(turn, reply, self.kg)}
+        if record is not None and not left_as_it_is:
+            document = {**record, **reply_fields(turn, reply, self.kg)}
             if self.signed is not None and _is_signed(document):
                 self.signed()
                 self.signed = None
@@ -77,5 +77,5 @@ class Recorder:
             self.file.flush()
             os.fsync(self.file.fileno())
         except OSError as error:
-            told = f"cannot write the transcript {self.file.name}: {error.strerror}"
-            raise KnowledgeError(told) from error
+            text = f"cannot write the transcript {self.file.name}: {error.strerror}"
+            raise KnowledgeError(text) from error

@@ -99,7 +99,7 @@ class Process:
                 for action in domain.actions.values()
             ],
         }
-        answer, odd = self._asked(hello, lambda said: "ready" in said)
+        answer, odd = self._asked(hello, lambda reply: "ready" in reply)
         if answer is None or answer.get("ready") is not True:
             why = self._lost or "it did not say that it is ready"
             self.close()
@@ -126,8 +126,8 @@ class Process:
                 "removed": [named(fact, self.kg) for fact in sorted(turn.expected.removed)],
             },
         }
-        told = None if awaited else message
-        answer, odd = self._asked(told, lambda said: _is_answer(said, number))
+        reply = None if awaited else message
+        answer, odd = self._asked(reply, lambda reply: _is_answer(reply, number))
         late = not (answer or awaited or self._over)
         self._awaited = (number, name, arguments) if late else None
         if answer is None:
@@ -144,7 +144,7 @@ class Process:
         if not self._alive():
             return Seen()
         before, self.seconds = self.seconds, min(self.seconds, LAST_SECONDS)
-        answer, odd = self._asked({"stop": turn.why}, lambda said: "stopped" in said)
+        answer, odd = self._asked({"stop": turn.why}, lambda reply: "stopped" in reply)
         self.seconds = before
         if answer is None:
             return Seen()
@@ -208,8 +208,8 @@ class Process:
 
     def _last_words(self) -> str:
         """What the process last wrote on its standard error."""
-        said = b" ".join(self._errors[-2:]).decode("utf-8", "replace").split()
-        return f' (it wrote: "{" ".join(said)[:300]}")' if said else ""
+        lines = b" ".join(self._errors[-2:]).decode("utf-8", "replace").split()
+        return f' (it wrote: "{" ".join(lines)[:300]}")' if lines else ""
 
     def _asked(self, message: Json | None, fits: Any) -> tuple[Json | None, tuple[str, ...]]:
         """Say something, if there is anything to say, and wait for the answer; None if none comes,
@@ -235,14 +235,14 @@ class Process:
             if line is None:
                 self._end("it has closed its output")
                 return None, tuple(odd[:MOST_ODD])
-            said = _object(line)
-            if said is None:
+            record = _object(line)
+            if record is None:
                 odd.append(f"it said what is no JSON object: {_short(line)}")
-            elif not fits(said):
+            elif not fits(record):
                 odd.append(_unfit(line))
             else:
                 self.answered = True
-                return said, tuple(odd[:MOST_ODD])
+                return record, tuple(odd[:MOST_ODD])
         self._lost, self._over = "its answers never end", True
         return None, tuple(odd[:MOST_ODD])
 
@@ -289,14 +289,14 @@ class Process:
         strange += [f"it says what cannot be: {each}" for each in wrong]
         return replace(seen, odd=tuple(map(_text, strange[:MOST_ODD])))
 
-    def _facts(self, told: object, strange: list[str]) -> frozenset[Triple]:
-        if told is None:
+    def _facts(self, value: object, strange: list[str]) -> frozenset[Triple]:
+        if value is None:
             return frozenset()
-        if not isinstance(told, list) or len(told) > MOST_FACTS:
+        if not isinstance(value, list) or len(value) > MOST_FACTS:
             strange.append(f"it told facts that are no list of at most {MOST_FACTS}")
             return frozenset()
         found = set()
-        for each in told:
+        for each in value:
             try:
                 found.add(fact_of(each, self.kg))
             except ValueError as error:
@@ -332,15 +332,15 @@ def _is_gone(process: "subprocess.Popen[bytes]", number: int) -> bool:
     return True
 
 
-def _is_answer(said: Json, number: int) -> bool:
+def _is_answer(record: Json, number: int) -> bool:
     """Whether a message tells what came of a step: all that it says is about this one."""
-    told = [said[key] for key in ("done", "failed") if said.get(key) is not None]
-    return bool(told) and all(n == number and not isinstance(n, bool) for n in told)
+    found = [record[key] for key in ("done", "failed") if record.get(key) is not None]
+    return bool(found) and all(n == number and not isinstance(n, bool) for n in found)
 
 
-def _text(told: object) -> str:
+def _text(value: object) -> str:
     """The beginning of what is told, as text that can be written anywhere."""
-    return str(told)[:LONGEST_TEXT].encode("utf-8", "replace").decode()
+    return str(value)[:LONGEST_TEXT].encode("utf-8", "replace").decode()
 
 
 def _object(line: bytes) -> Json | None:

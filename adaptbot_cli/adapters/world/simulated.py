@@ -40,7 +40,7 @@ def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
             inside[kg.home_of(fact[1])].add(fact)
     placed = frozenset(kg.domain.locations)
     covered = {ATTRIBUTES: {RDF.type}, STATES: placed}
-    told: list[str] = []
+    lines: list[str] = []
     graphs: dict[URIRef, set[Triple]] = {}
     for name, predicates in covered.items():
         known = set(kg.graph(name))
@@ -49,12 +49,12 @@ def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
         whole = bool(subjects) and len(given & subjects) >= WHOLE * len(subjects)
         graphs[name] = inside[name] if whole else _laid_over(kg, known, inside[name])
         label = "what things are" if name == ATTRIBUTES else "where things are"
-        told += [f"{label} is all from this file"] if whole else []
+        lines += [f"{label} is all from this file"] if whole else []
     absent = {str(o) for _, p, o in facts if p == AB.absentItem}
     gone = {entity for name in absent for entity in kg.find(name)}
     for name, known in graphs.items():
         graphs[name] = {fact for fact in known if not gone & {fact[0], fact[2]}}
-    how = "; ".join(told) or f"{sum(map(len, inside.values()))} facts laid over what is believed"
+    how = "; ".join(lines) or f"{sum(map(len, inside.values()))} facts laid over what is believed"
     return Kg.load(kg.domain, graphs[ATTRIBUTES], graphs[STATES]), how
 
 
@@ -208,8 +208,8 @@ class SimulatedHome:
             for s, p, o in true - believed
             if s in visible and (p not in locations or o in places) and self._is_known(s, o)
         )
-        told = self._mapped(Delta(frozenset(gone), frozenset(observed)), self._known)
-        return Seen("", told.added, told.removed)
+        delta = self._mapped(Delta(frozenset(gone), frozenset(observed)), self._known)
+        return Seen("", delta.added, delta.removed)
 
     def _is_known(self, *nodes: Node) -> bool:
         """Whether the graph has all of some things: what nobody has told of has no name for it."""
@@ -219,9 +219,9 @@ class SimulatedHome:
 
 def _mistakes(kg: Kg, truth: Kg, facts: list[Triple]) -> Iterator[str]:
     """What a file says that the domain does not know or allow, beside what is believed."""
-    told = (RDF.type, *kg.domain.properties)
+    found = (RDF.type, *kg.domain.properties)
     for predicate in sorted({str(p) for s, p, _ in facts if not isinstance(s, BNode)}):
-        if URIRef(predicate) not in told and not predicate.startswith((str(AB), str(RDFS))):
+        if URIRef(predicate) not in found and not predicate.startswith((str(AB), str(RDFS))):
             yield f'there is no property "{local(URIRef(predicate))}"'
     known, true = (
         frozenset(fact for name in (ATTRIBUTES, STATES) for fact in graph.graph(name))
@@ -242,13 +242,13 @@ def _wrong_slips(kg: Kg, facts: list[Triple]) -> Iterator[str]:
 
 def _slips(facts: list[Triple]) -> Iterator[tuple[Node, str, int, str]]:
     """The steps that fail in this home: `ex:stove ab:fails [ab:action "switch"; ab:times 1]`."""
-    told: dict[Node, dict[str, Node]] = {}
+    record: dict[Node, dict[str, Node]] = {}
     for subject, predicate, value in facts:
         if isinstance(subject, BNode):
-            told.setdefault(subject, {})[local(predicate)] = value
+            record.setdefault(subject, {})[local(predicate)] = value
     for subject, predicate, value in sorted(facts):
         if predicate == AB.fails:
-            parts = told.get(value, {})
+            parts = record.get(value, {})
             times = str(parts.get("times", "1"))
             reason = str(parts.get("reason", "it slipped"))
             action = str(parts.get("action", value))

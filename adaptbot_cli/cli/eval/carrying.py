@@ -77,8 +77,8 @@ def _progress(experiment: "Experiment", results: "Results") -> Iterator[Ended]:
         task = bar.add_task("trials", total=experiment.size, completed=done)
 
         def ended(trial: dict[str, Any]) -> None:
-            told = f"{trial['model']} · {trial['arm']} · {trial['task']}"
-            bar.update(task, advance=1, description=told[:40])
+            text = f"{trial['model']} · {trial['arm']} · {trial['task']}"
+            bar.update(task, advance=1, description=text[:40])
 
         yield ended
 

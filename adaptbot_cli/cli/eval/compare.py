@@ -27,8 +27,8 @@ def compare(
     old, new = compare.read_report(before), compare.read_report(after)
     found = compare.compare(old, new, tolerance, cost)
     worse = [difference for difference in found if difference.regression]
-    for told in compare.only_in_one(old, new):
-        typer.echo(f"{told}: left out", err=True)
+    for text in compare.only_in_one(old, new):
+        typer.echo(f"{text}: left out", err=True)
     settings = compare.other_settings(old, new)
     if json:
         printed = {

@@ -56,8 +56,8 @@ def arms(option: str) -> tuple[str, ...]:
     wanted = items(option)
     unknown = [name for name in wanted if name not in ARMS]
     if unknown or not wanted:
-        told = ", ".join(unknown) or option
-        raise UsageError(f'--arms: "{told}" is no arm; there is {", ".join(ARMS)}')
+        text = ", ".join(unknown) or option
+        raise UsageError(f'--arms: "{text}" is no arm; there is {", ".join(ARMS)}')
     return tuple(arm for arm in ARMS if arm in wanted)
 
 
@@ -68,9 +68,9 @@ def parts(option: str) -> tuple[Any, ...]:
 
     unknown = [name for name in items(option) if name not in PARTS]
     if unknown:
-        told = ", ".join(unknown)
+        text = ", ".join(unknown)
         raise UsageError(
-            f'--leave-out: "{told}" is no part of a prompt; there is {", ".join(PARTS)}'
+            f'--leave-out: "{text}" is no part of a prompt; there is {", ".join(PARTS)}'
         )
     return tuple(part for part in PARTS if part in items(option))
 

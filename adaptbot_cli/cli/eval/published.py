@@ -66,7 +66,7 @@ def published(
         planted=planted,
     )
     experiments = of_published(series, setting, workspace(workspace_dir))
-    told = together(experiments)
-    options.show_graphs(told, json)
+    record = together(experiments)
+    options.show_graphs(record, json)
     trials = carry_out(experiments, None)
-    options.show(report(told, trials), json, plot)
+    options.show(report(record, trials), json, plot)

@@ -55,7 +55,7 @@ def run(
         bool, typer.Option("--unseen", help="Show a model no library plan of the task itself.")
     ] = False,
     timeout: TimeoutOption = None,
-    said: Annotated[
+    value: Annotated[
         Path | None,
         typer.Option("--answers", metavar="FILE", help="Keep a model's answers here, by prompt."),
     ] = None,
@@ -106,7 +106,7 @@ def run(
         leave_out=options.parts(leave_out),
         unseen=unseen,
         seconds=timeout or SECONDS,
-        answers=said,
+        answers=value,
         api_base=address,
     )
     rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)
@@ -128,5 +128,5 @@ def _planner(model: str, home: "Workspace", api_base: str | None) -> tuple[str, 
 
 def _show_skipped(experiment: "Experiment") -> None:
     if experiment.skipped:
-        told = ", ".join(f"{n} of {name}" for name, n in sorted(experiment.skipped.items()))
-        typer.echo(f"left out, as they are of other domains: {told}", err=True)
+        text = ", ".join(f"{n} of {name}" for name, n in sorted(experiment.skipped.items()))
+        typer.echo(f"left out, as they are of other domains: {text}", err=True)

@@ -143,8 +143,8 @@ def add(
     for lesson in added.lessons:
         out.print(Text("✓ ", "green") + cell(lesson.sentence))
     if added.revision:
-        told = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
-        out.print(Text(told, "dim"))
+        text = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
+        out.print(Text(text, "dim"))
     elif added.lessons:
         out.print(Text("nothing was changed", "dim"))
     else:

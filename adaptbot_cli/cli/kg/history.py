@@ -35,11 +35,11 @@ def log(
     from adaptbot_cli.session.knowing import chapters
 
     home = home_of(workspace_dir, domain)
-    told = list(islice(chapters(home, name), number))
+    found = list(islice(chapters(home, name), number))
     if json:
-        print_json([chapter.as_json(home.words) for chapter in told])
-    elif told:
-        console().print(table(told, home.words, facts))
+        print_json([chapter.as_json(home.words) for chapter in found])
+    elif found:
+        console().print(table(found, home.words, facts))
     elif home.versions is None:
         hint = f"nothing was taught yet: this is the {home.domain} as it comes"
         console().print(Text(hint, "dim"))
@@ -99,9 +99,9 @@ def why(
     from adaptbot_cli.session import knowing
 
     home = home_of(workspace_dir, domain)
-    told = knowing.why(home, name, prop)
+    reply = knowing.why(home, name, prop)
     if not json:
-        console().print(table(told.name, told.facts, told.history, home.words))
+        console().print(table(reply.name, reply.facts, reply.history, home.words))
         return
     facts = [
         {
@@ -109,12 +109,12 @@ def why(
             "predicate": local(p),
             "label": home.words.label(p),
             "value": home.words.value(o),
-            "origin": told.facts[s, p, o].as_json(),
+            "origin": reply.facts[s, p, o].as_json(),
         }
-        for s, p, o in sorted(told.facts)
+        for s, p, o in sorted(reply.facts)
     ]
     past = [
         {"sign": turn.sign, "value": home.words.value(turn.triple[2]), **turn.origin.as_json()}
-        for turn in told.history
+        for turn in reply.history
     ]
-    print_json({"name": told.name, "facts": facts, "history": past})
+    print_json({"name": reply.name, "facts": facts, "history": past})

@@ -49,8 +49,8 @@ def sync(
     except KeyboardInterrupt:
         raise Interrupted("interrupted; nothing was changed here by it") from None
     unused: Any = getattr(human, "unused", list)
-    for told in (*came.notes, *unused()):
-        note(told)
+    for reply in (*came.notes, *unused()):
+        note(reply)
     if json:
         print_json(
             {
@@ -106,8 +106,8 @@ def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None
 def _exchanged(came: "Exchange", json: bool) -> int:
     from adaptbot_cli.adapters.tables.words import cell, count
 
-    for told in came.notes:
-        note(f"left out: {told}")
+    for text in came.notes:
+        note(f"left out: {text}")
     if json:
         plain = {
             name: {"added": len(delta.added), "removed": len(delta.removed)}
@@ -118,8 +118,8 @@ def _exchanged(came: "Exchange", json: bool) -> int:
         show_conflicts(came.open, "adaptbot kg pull")
     else:
         sizes = [len(delta.added) + len(delta.removed) for delta in (came.came, came.sent)]
-        told = f"{count(sizes[0], 'fact')} came, {sizes[1]} sent"
-        console().print(cell(f"✓ {told}" if any(sizes) else "✓ nothing new"))
+        text = f"{count(sizes[0], 'fact')} came, {sizes[1]} sent"
+        console().print(cell(f"✓ {text}" if any(sizes) else "✓ nothing new"))
     return STILL_OPEN if came.open else 0
 
 
@@ -148,8 +148,8 @@ def show_conflicts(conflicts: Any, command: str) -> None:
     for question in conflicts:
         sides = " or ".join(f"{c.label} ({c.then})" for c in question.choices[:2])
         out.print(Text("? ", "cyan") + cell(f"{question.text} {sides}"), soft_wrap=True)
-    told = f"{count(len(conflicts), 'conflict')} to settle, until then nothing is merged; say at a "
-    out.print(cell(f"{told}terminal, or with --answers FILE: {command}", "dim"), soft_wrap=True)
+    text = f"{count(len(conflicts), 'conflict')} to settle, until then nothing is merged; say at a "
+    out.print(cell(f"{text}terminal, or with --answers FILE: {command}", "dim"), soft_wrap=True)
 
 
 def _show(came: Any, remote: str) -> None:
@@ -164,8 +164,8 @@ def _show(came: Any, remote: str) -> None:
         show_conflicts(came.open, f"adaptbot kg sync {remote}")
         return
     moved = came.before != came.revision
-    told = f"now at {came.revision[:7]}" if came.revision else "nothing is there yet"
-    told = told if moved else f"nothing new from {remote}"
-    told += f", sent to {remote}" if came.sent else ""
+    text = f"now at {came.revision[:7]}" if came.revision else "nothing is there yet"
+    text = text if moved else f"nothing new from {remote}"
+    text += f", sent to {remote}" if came.sent else ""
     hint = f"; adaptbot kg diff {came.before[:7]} tells what came" if moved and came.before else ""
-    out.print(Text("✓ ", "green") + cell(f"{told}{hint}"))
+    out.print(Text("✓ ", "green") + cell(f"{text}{hint}"))

@@ -72,8 +72,8 @@ def _everything(graph: "Kg") -> "Shown":
     from adaptbot_cli.core import view
 
     groups = view.everything(graph)
-    told = [thing.as_json() for _, members in groups for thing in members]
-    return {**_size(graph), "things": told}, lambda: things.everything(graph, groups)
+    found = [thing.as_json() for _, members in groups for thing in members]
+    return {**_size(graph), "things": found}, lambda: things.everything(graph, groups)
 
 
 def _called(graph: "Kg", name: str) -> "Shown":
@@ -95,8 +95,8 @@ def _called(graph: "Kg", name: str) -> "Shown":
         )
     action = describing.action_called(graph, name)
     if action is not None:
-        told = describing.action(graph, action)
-        return told, lambda: pack.action(told)
+        record = describing.action(graph, action)
+        return record, lambda: pack.action(record)
     task = describing.task_called(graph, name)
     if task is not None:
         wanted = describing.task(task, graph.domain)
@@ -144,13 +144,13 @@ def stats(
 
     home = workspace(workspace_dir)
     graph = session.load(home, domain_name(domain, home), kg or ())
-    told = {
+    record = {
         **_size(graph),
         "classes": {local(kind.iri): count for kind, count in view.counts(graph)},
         "actions": len(graph.domain.actions),
         "tasks": len(graph.domain.tasks),
     }
     if json:
-        print_json(told)
+        print_json(record)
     else:
-        console().print(things.stats(graph, told))
+        console().print(things.stats(graph, record))

@@ -62,28 +62,28 @@ class TaughtAction:
 
 
 def next_question(
-    unknown: Unknown, said: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
+    unknown: Unknown, text: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
 ) -> Question | None:
     """Return the next question of the dialogue, None if it has ended.
 
     `said` is how the person has answered whether there is such an action.
     """
-    found = _played(unknown, said, kg, asked)
+    found = _played(unknown, text, kg, asked)
     return found if isinstance(found, Question) else None
 
 
 def taught(
-    unknown: Unknown, said: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
+    unknown: Unknown, text: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
 ) -> TaughtAction | None:
     """Return what was taught, None if the dialogue goes on or was left. Raises PackError."""
-    found = _played(unknown, said, kg, asked)
+    found = _played(unknown, text, kg, asked)
     return found if isinstance(found, TaughtAction) else None
 
 
 def _played(
-    unknown: Unknown, said: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
+    unknown: Unknown, text: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
 ) -> Question | TaughtAction | None:
-    talk = _fixed(unknown, kg) if said == FIXED else _new(unknown, kg)
+    talk = _fixed(unknown, kg) if text == FIXED else _new(unknown, kg)
     try:
         question = next(talk)
         while question.key in asked:
@@ -105,8 +105,8 @@ def _which(unknown: Unknown, kg: Kg, prop: str, text: str, none: str = "") -> Qu
     """Ask for one of the known actions, the nearest first."""
     near = [name for name in unknown.near if name in kg.domain.actions]
     rest = [name for name in kg.domain.actions if name not in near]
-    told = [Choice(NONE, none)] if none else []
-    choices = [*_actions(near, kg), *told, *_actions(rest, kg)]
+    found = [Choice(NONE, none)] if none else []
+    choices = [*_actions(near, kg), *found, *_actions(rest, kg)]
     return replace(_question(unknown, prop, text, choices), context=unknown.context)
 
 
@@ -115,8 +115,8 @@ def _actions(names: Sequence[str], kg: Kg) -> list[Choice]:
 
 
 def _fixed(unknown: Unknown, kg: Kg) -> Talk:
-    said = unknown.name.replace("_", " ")
-    name = yield _which(unknown, kg, "which", f'Which of these is "{said}", with a fixed argument?')
+    text = unknown.name.replace("_", " ")
+    name = yield _which(unknown, kg, "which", f'Which of these is "{text}", with a fixed argument?')
     action = kg.domain.actions.get(name)
     if action is None or not action.visible:
         return None
@@ -134,11 +134,11 @@ def _fixed(unknown: Unknown, kg: Kg) -> Talk:
     if not fixed:
         return None
     values = sentence_list([f"{part.parameter} {_shown(part, action, kg)}" for part in fixed])
-    told = f"{unknown.name} is {action.name} with {values}"
+    text = f"{unknown.name} is {action.name} with {values}"
     known = replace(action, called_as=(*action.called_as, *fixed))
     delta = called(unknown.name, action, fixed, kg)
     notes = (f"{action.name}, always with {values}",)
-    return TaughtAction(known, delta, told, notes, replaces=action)
+    return TaughtAction(known, delta, text, notes, replaces=action)
 
 
 def _which_parameter(
@@ -169,22 +169,22 @@ def _value(unknown: Unknown, parameter: Parameter, kg: Kg) -> Generator[Question
     tries = 0
     while True:
         prop = parameter.name if not tries else f"{parameter.name}_{tries + 1}"
-        said = yield _question(unknown, prop, text, choices)
-        value = _meant(said, parameter, kg)
+        message = yield _question(unknown, prop, text, choices)
+        value = _meant(message, parameter, kg)
         if value is not None:
             return value
         tries += 1
-        text = f'"{said}" will not do. Which {parameter.name} is it always?'
+        text = f'"{message}" will not do. Which {parameter.name} is it always?'
 
 
-def _meant(said: str, parameter: Parameter, kg: Kg) -> Node | None:
+def _meant(text: str, parameter: Parameter, kg: Kg) -> Node | None:
     if parameter.words:
-        return parameter.words.get(said)
+        return parameter.words.get(text)
     if parameter.datatype is None:
-        return next((e for e in kg.find(said) if kg.is_a(e, parameter.classes)), None)
+        return next((e for e in kg.find(text) if kg.is_a(e, parameter.classes)), None)
     numeric = parameter.datatype in NUMBERS
-    fits = said.replace(".", "", 1).isdecimal() and said.isascii()
-    return Literal(said, datatype=parameter.datatype) if fits or not numeric else None
+    fits = text.replace(".", "", 1).isdecimal() and text.isascii()
+    return Literal(text, datatype=parameter.datatype) if fits or not numeric else None
 
 
 def _shown(part: CalledAs, action: Action, kg: Kg) -> str:
@@ -194,8 +194,8 @@ def _shown(part: CalledAs, action: Action, kg: Kg) -> str:
 
 
 def _new(unknown: Unknown, kg: Kg) -> Talk:
-    said = unknown.name.replace("_", " ")
-    text = f'Which of these is "{said}" most like? It may then differ.'
+    message = unknown.name.replace("_", " ")
+    text = f'Which of these is "{message}" most like? It may then differ.'
     name = yield _which(unknown, kg, "like", text, "none of them: it is new in every way")
     action = kg.domain.actions.get(name)
     draft = drafted(unknown.name, unknown.call, kg)
@@ -209,11 +209,11 @@ def _new(unknown: Unknown, kg: Kg) -> Talk:
     while True:
         tries += 1
         hub = _hub(unknown, draft, tries)
-        said = yield hub
-        if said not in PARTS:
+        message = yield hub
+        if message not in PARTS:
             break
-        draft = yield from put_together(said, draft, unknown.call, kg, counts)
-    if said != YES:
+        draft = yield from put_together(message, draft, unknown.call, kg, counts)
+    if message != YES:
         return None
     new, delta = written(draft, kg)
     changes = ", ".join(change.words for change in draft.changes)

@@ -142,8 +142,8 @@ def _wanted(message: str) -> str:
     """What must hold, from the sentence that says that it does not: "{rec} is not empty"."""
     if " must " in message:
         return message
-    said = re.fullmatch(r"(\{\w+\} is) (\w+)", message)
-    return f"{said[1]} not {said[2]}" if said else f"{UNLESS}{message}"
+    match = re.fullmatch(r"(\{\w+\} is) (\w+)", message)
+    return f"{match[1]} not {match[2]}" if match else f"{UNLESS}{message}"
 
 
 def state_words(of: str, prop: URIRef, value: Node, domain: Domain) -> str:
@@ -197,5 +197,5 @@ class _ExampleNames(dict[str, str]):
 
 def signature(name: str, parameters: Sequence[Parameter]) -> str:
     """Write an action with the parameters that a plan writes: `slice(obj, tool?)`."""
-    told = (p.name + ("?" if p.optional or p.default else "") for p in parameters if not p.hidden)
-    return f"{name}({', '.join(told)})"
+    lines = (p.name + ("?" if p.optional or p.default else "") for p in parameters if not p.hidden)
+    return f"{name}({', '.join(lines)})"

@@ -72,10 +72,10 @@ def _new_states(draft: Draft, domain: Domain) -> Iterator[DraftEffect]:
     spaces = prefixes(domain)
     for parameter, prop in _changeable(draft, domain):
         name, named = parameter.name, short(prop.iri, spaces)
-        for value, told in ((TRUE, "true"), (FALSE, "false")):
+        for value, text in ((TRUE, "true"), (FALSE, "false")):
             words = state_words(name, prop.iri, value, domain)
             update = (
-                f"DELETE {{ ?{name} {named} ?old }} INSERT {{ ?{name} {named} {told} }} "
+                f"DELETE {{ ?{name} {named} ?old }} INSERT {{ ?{name} {named} {text} }} "
                 f"WHERE {{ OPTIONAL {{ ?{name} {named} ?old }} }}"
             )
             yield DraftEffect(words, update, f"{name} {prop.iri}")
@@ -115,8 +115,8 @@ def _as(
     for names, brings in _mappings(used, draft, domain):
         if action.effect is not None and not brings:
             update = adapted(action.effect.update, names, {p.name for p in draft.parameters})
-            said = words.format(*(f"{{{names[p.name]}}}" for p in used))
-            yield DraftEffect(said, update, f"{names[used[0].name]} place")
+            text = words.format(*(f"{{{names[p.name]}}}" for p in used))
+            yield DraftEffect(text, update, f"{names[used[0].name]} place")
 
 
 Handled = list[tuple[Parameter, Node]]

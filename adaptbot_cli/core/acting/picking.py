@@ -79,10 +79,10 @@ def _takes(draft: Draft, shown: Mapping[str, str], kg: Kg) -> dict[str, Pick]:
     for p in draft.visible:
         found[f"not {p.name}"] = Pick(f"not the {p.name}", draft.without(p.name), there=True)
         if not p.default:
-            told = "must always be named" if p.optional else "can be left out"
+            text = "must always be named" if p.optional else "can be left out"
             other = [replace(q, optional=not q.optional) if q == p else q for q in draft.parameters]
             leads_to = replace(draft, parameters=tuple(other))
-            found[f"{p.name} {told}"] = Pick(f"the {p.name} {told}", leads_to, there=True)
+            found[f"{p.name} {text}"] = Pick(f"the {p.name} {text}", leads_to, there=True)
     for kind in kg.domain.teachable:
         more = parameter_of(kind, draft.parameters, kg)
         leads_to = replace(draft, parameters=(*draft.parameters, more))

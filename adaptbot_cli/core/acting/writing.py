@@ -59,8 +59,8 @@ def explained(draft: Draft) -> str:
     """Say in a line what an action does, for a model to read."""
     if not draft.changes:
         return "taught by a person; its effect is not known"
-    told = "; ".join(plain(change.words) for change in draft.changes)
-    return f"taught by a person: then {told}"
+    text = "; ".join(plain(change.words) for change in draft.changes)
+    return f"taught by a person: then {text}"
 
 
 def _parameter(node: URIRef, parameter: Parameter) -> Iterator[Triple]:

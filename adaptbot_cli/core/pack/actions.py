@@ -214,18 +214,18 @@ def _check_action(
         if need.of not in names:
             entry.note(f'ab:of "{need.of}" is none of its parameters', these)
         if need.prop and need.prop not in declared:
-            told = f"ab:attribute {local(need.prop)} is not declared in domain.ttl"
-            entry.note(told, _declare(need.prop, declared))
+            text = f"ab:attribute {local(need.prop)} is not declared in domain.ttl"
+            entry.note(text, _declare(need.prop, declared))
         elif need.prop in properties and properties[need.prop].graph == "state":
-            told = f"ab:attribute {local(need.prop)} is a state, which is never asked for"
-            entry.note(told, "write a condition with ab:ask instead")
+            text = f"ab:attribute {local(need.prop)} is a state, which is never asked for"
+            entry.note(text, "write a condition with ab:ask instead")
     for called in action.called_as:
         if called.parameter not in names:
             entry.note(f'ab:parameter "{called.parameter}" is none of its parameters', these)
     for predicate in changed(action.effect):
         if predicate not in declared:
-            told = f"ab:effect: {local(predicate)} is not declared in domain.ttl"
-            entry.note(told, _declare(predicate, declared))
+            text = f"ab:effect: {local(predicate)} is not declared in domain.ttl"
+            entry.note(text, _declare(predicate, declared))
     purposes = (action.purpose,) if action.purpose else ()
     for condition in (*action.conditions, *action.advises, *purposes):
         check_message(entry, condition.message, names)
@@ -249,8 +249,8 @@ def _check_names(found: Collection[EntryReader], actions: Mapping[str, Action]) 
         for name in (*action.aliases, *called):
             other = owners.setdefault(name, action)
             if other is not action and action.iri != NOTHING:
-                told = f'its other name "{name}" means {other.name} too'
-                files[action.iri].note(told, "take it from one of them")
+                text = f'its other name "{name}" means {other.name} too'
+                files[action.iri].note(text, "take it from one of them")
 
 
 def changed(effect: Effect | None) -> list[URIRef]:

@@ -42,8 +42,8 @@ class EntryReader:
         """Return the one value, if there is one; of several the first."""
         values = sorted(self.graph.objects(self.node, predicate), key=str)
         if len(values) > 1:
-            told = " and ".join(local(value) for value in values)
-            self.note(f"has {len(values)} values for {_term(predicate)}, {told}", "keep one")
+            text = " and ".join(local(value) for value in values)
+            self.note(f"has {len(values)} values for {_term(predicate)}, {text}", "keep one")
         return values[0] if values else None
 
     def text(self, predicate: URIRef, default: str | None = None) -> str:
@@ -150,16 +150,16 @@ def entries(graph: Graph, file: str, kind: URIRef, notes: Notes) -> Iterator[Ent
 
 def check_message(entry: EntryReader, message: str, names: Iterable[str]) -> None:
     """Make sure that a message of the domain can be filled in."""
-    told = f'the message "{message}"'
+    text = f'the message "{message}"'
     try:
         parsed = [part for part in Formatter().parse(message) if part[1] is not None]
         # {item:>1000000000} would be filled up with blanks
         fields = [f"{field}{spec and ':'}{spec or ''}" for _, field, spec, _ in parsed]
     except ValueError as problem:
-        entry.note(f"{told} has a brace too many: {problem}", "write {name}, or no brace at all")
+        entry.note(f"{text} has a brace too many: {problem}", "write {name}, or no brace at all")
         return
     only = " or ".join(f"{{{known}}}" for known in names)
     for name in fields:
         if name not in names:
             remedy = f"it may name {only or 'no parameter'}"
-            entry.note(f"{told} names {{{name}}}", remedy)
+            entry.note(f"{text} names {{{name}}}", remedy)

@@ -38,8 +38,8 @@ def query_of(entry: EntryReader, text: str, what: str, form: str, gives: str = "
     if given is None:
         return ""
     if gives and gives not in given:
-        told = " and ".join(f"?{name}" for name in given)
-        entry.note(f"{what} must give ?{gives}, but gives {told}", f"select ?{gives}")
+        message = " and ".join(f"?{name}" for name in given)
+        entry.note(f"{what} must give ?{gives}, but gives {message}", f"select ?{gives}")
         return ""
     return bindable(query) if valid(entry, bindable(query), what) is not None else ""
 
@@ -57,14 +57,14 @@ def valid(entry: EntryReader, query: str, what: str) -> tuple[str, ...] | None:
         return None
     try:
         if word := reaches_out(query):
-            told = f"{what} has {word}, which reaches outside the graph"
-            entry.note(told, "ask this graph alone")
+            text = f"{what} has {word}, which reaches outside the graph"
+            entry.note(text, "ask this graph alone")
             return None
         return within(lambda: _given(query), f"{entry.file}, entry {entry.entry}: {what}")
     except (SyntaxError, ValueError) as error:
-        told = " ".join(str(error).split())
-        told = told.removeprefix("this is no valid SPARQL: ")
-        entry.note(f"{what} is no valid SPARQL: {told}", _CORRECT)
+        text = " ".join(str(error).split())
+        text = text.removeprefix("this is no valid SPARQL: ")
+        entry.note(f"{what} is no valid SPARQL: {text}", _CORRECT)
         return None
 
 

@@ -94,19 +94,19 @@ def _check_effects(domain: Domain, notes: Notes) -> None:
     attributes = {prop.iri for prop in domain.properties.values() if prop.graph == "attribute"}
     for action in domain.actions.values():
         for predicate in sorted((lasting | attributes) & set(changed(action.effect))):
-            told = f"ab:effect changes {local(predicate)}, which says what a thing is or is called"
+            text = f"ab:effect changes {local(predicate)}, which says what a thing is or is called"
             remedy = "let it change a state; kinds and names are for people to teach"
             if predicate not in lasting:
-                told = f"ab:effect changes {local(predicate)}, which is an attribute"
+                text = f"ab:effect changes {local(predicate)}, which is an attribute"
                 remedy = "let it change a state, or declare this with ab:graph ab:state"
-            notes.add(f"actions.ttl, entry {local(action.iri)}", told, remedy)
+            notes.add(f"actions.ttl, entry {local(action.iri)}", text, remedy)
 
 
 def _the_domain(graph: Graph, notes: Notes) -> EntryReader:
     found = sorted(graph.subjects(RDF.type, AB.Domain), key=str)
     if len(found) != 1:
-        told = f"needs exactly one entry typed ab:Domain, has {len(found)}"
-        notes.add("domain.ttl", told, 'write "a ab:Domain" in the one that names the domain')
+        text = f"needs exactly one entry typed ab:Domain, has {len(found)}"
+        notes.add("domain.ttl", text, 'write "a ab:Domain" in the one that names the domain')
     if found:
         return EntryReader.of(graph, "domain.ttl", found[0], notes)
     # What a domain lacks that is not there is nothing to tell.
@@ -117,8 +117,8 @@ def _kind(entry: EntryReader) -> Kind:
     supers = _supers(entry.graph, entry.node)
     parents = set(entry.graph.objects(entry.node, RDFS.subClassOf))
     if any(entry.node in _supers(entry.graph, above) for above in supers if above in parents):
-        told = " below ".join(local(iri) for iri in (*supers, entry.node))
-        entry.note(f"is a class below itself: {told}", "take one rdfs:subClassOf away")
+        text = " below ".join(local(iri) for iri in (*supers, entry.node))
+        entry.note(f"is a class below itself: {text}", "take one rdfs:subClassOf away")
     return Kind(
         iri=entry.node,
         label=entry.text(RDFS.label, local(entry.node)),
@@ -143,8 +143,8 @@ def _asked(entry: EntryReader) -> Iterator[URIRef]:
     if isinstance(entry.node, URIRef):
         yield entry.node
     else:
-        told = f"ab:asks lists {entry.node}, which is no property"
-        entry.note(told, "list properties such as ex:is_fragile, without quotes")
+        value = f"ab:asks lists {entry.node}, which is no property"
+        entry.note(value, "list properties such as ex:is_fragile, without quotes")
 
 
 def _start(entry: EntryReader) -> Iterator[InitialState]:

@@ -45,12 +45,12 @@ def check_effect(
     written = {str(n) for triple in triples for n in triple if isinstance(n, Variable)}
     for name in sorted(written - _bound(entry, effect) - {*names, "agent"}):
         near = nearest(name, sorted({*names, "agent"}), 1)
-        told = f"ab:effect writes ?{name}, which is no parameter and not bound in its WHERE"
-        told += ", so that nothing is written"
+        text = f"ab:effect writes ?{name}, which is no parameter and not bound in its WHERE"
+        text += ", so that nothing is written"
         known = (
             f"its parameters are {sentence_list(sorted(names), 9)}" if names else "bind it there"
         )
-        entry.note(told, f"the nearest there is ?{near[0]}" if near else known)
+        entry.note(text, f"the nearest there is ?{near[0]}" if near else known)
     _check_spelling(entry, effect.update, "ab:effect", names, written)
     for triple in dict.fromkeys(triples):
         prop = properties.get(triple[1])  # type: ignore[call-overload]
@@ -70,8 +70,8 @@ def _check_value(entry: EntryReader, triple: Triple, prop: Property) -> None:
     value, name = triple[2], local(prop.iri)
     if isinstance(value, Variable) or not prop.range:
         return
-    told = f'"{value}"' if isinstance(value, Literal) else local(value)
-    problem = f"ab:effect writes {told} as {name}, which must be {a(local(prop.range))}"
+    text = f'"{value}"' if isinstance(value, Literal) else local(value)
+    problem = f"ab:effect writes {text} as {name}, which must be {a(local(prop.range))}"
     if prop.range in DATATYPES and not is_value(value, prop.range):
         entry.note(problem, f"write {DATATYPES[prop.range]}")
     elif prop.range not in DATATYPES and isinstance(value, Literal):
@@ -90,5 +90,5 @@ def _check_spelling(
         meant = misspelt(name, (*names, "agent"), _LIKE)
         slip = meant not in ("", name) and meant.count("_") == name.count("_")
         if slip and not re.search(r"\d", name):
-            told = f"{what} names ?{name}, which stands there once and is no parameter"
-            entry.doubt(told, f"the nearest there is ?{meant}")
+            message = f"{what} names ?{name}, which stands there once and is no parameter"
+            entry.doubt(message, f"the nearest there is ?{meant}")

@@ -32,9 +32,9 @@ def check_terms(graph: Graph, file: str, notes: Notes) -> None:
         for node in (predicate,) if named else (predicate, value):
             term = _unknown(node)
             if term is not None:
-                told = f"there is no {term[0]}"
+                text = f"there is no {term[0]}"
                 where = f"{file}, entry {local(_entry(graph, subject))}"
-                notes.add(where, told, f"the nearest is {term[1]}")
+                notes.add(where, text, f"the nearest is {term[1]}")
 
 
 def check_types(graph: Graph, file: str, types: Collection[Node], notes: Notes) -> None:

@@ -129,8 +129,8 @@ def read_args(text: str, pos: int) -> ArgumentList:
         pos = _gap(text, pos)
         char = text[pos : pos + 1]
         if char == ")":
-            said = [arg for arg in args if kept([arg[:2]])]
-            names, values, written = zip(*said, strict=True) if said else ((), (), ())
+            found = [arg for arg in args if kept([arg[:2]])]
+            names, values, written = zip(*found, strict=True) if found else ((), (), ())
             return ArgumentList(values, pos + 1, quoted, names=names, written=written)
         if char == ",":
             pos += 1
@@ -353,8 +353,8 @@ def is_call(
 def alternative(text: str, anchor: int, start: int) -> str:
     """Name the condition of the second call in `clean("pan") or clean("pot")`, or `...; if ...`."""
     gap = text[anchor:start] if start - anchor <= _LOOK else ""
-    said = _OTHERWISE.fullmatch(gap)
-    return (said[1] or said[2]).rstrip(" `*") if said else ""
+    match = _OTHERWISE.fullmatch(gap)
+    return (match[1] or match[2]).rstrip(" `*") if match else ""
 
 
 def trailing_condition(text: str, reading: ArgumentList) -> str:
@@ -368,11 +368,11 @@ def trailing_condition(text: str, reading: ArgumentList) -> str:
 
 def how_often(text: str, reading: ArgumentList) -> tuple[int, str]:
     """Return how often what stands behind a call says it is done, and what says no number."""
-    said = None if reading.error else _OFTEN.match(text, reading.end)
-    if said is None:
+    reply = None if reading.error else _OFTEN.match(text, reading.end)
+    if reply is None:
         return 1, ""
-    count = min(count_of(said[1] or ""), _MOST_TIMES)
-    return (count, "") if count else (1, said[0].strip(" `*_([#,;"))
+    count = min(count_of(reply[1] or ""), _MOST_TIMES)
+    return (count, "") if count else (1, reply[0].strip(" `*_([#,;"))
 
 
 def _stands_alone(text: str, anchor: int, start: int, reading: ArgumentList) -> bool:

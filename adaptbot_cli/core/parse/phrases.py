@@ -283,8 +283,8 @@ class Vocabulary:
             found = of if again or not heading else [*heading, *of]
         dropped = [part.strip() for part in parts[1:] if part not in steps]
         if found and dropped:
-            told = ", ".join(filter(None, (found[-1].left_out, *dropped)))
-            found[-1] = replace(found[-1], left_out=told)
+            text = ", ".join(filter(None, (found[-1].left_out, *dropped)))
+            found[-1] = replace(found[-1], left_out=text)
         return found
 
     def meaning(self, action: str) -> str:
@@ -407,8 +407,8 @@ def _stripped(phrase: str) -> str:
 def _parts(phrase: str) -> list[str]:
     """Return what may be the step: of "Take the milk: it is cold" or "Plan: take the milk"."""
     parts = _ASIDE.sub(r"\1\n", phrase[label_end(phrase) :]).split("\n")
-    said = (part for part in parts if _skip(_tokens(part), 0) < len(_tokens(part)))
-    return [part for part in said if len(parts) == 1 or not CLOSED.fullmatch(part)] or parts
+    lines = (part for part in parts if _skip(_tokens(part), 0) < len(_tokens(part)))
+    return [part for part in lines if len(parts) == 1 or not CLOSED.fullmatch(part)] or parts
 
 
 def _skip(tokens: Sequence[_Token], at: int) -> int:
@@ -612,11 +612,11 @@ class _ClauseReader:
                 and self._words._verbs(self._tokens[after])
             ):
                 break
-        told = " ".join(token.written for token in self._tokens[start : self.at])
+        text = " ".join(token.written for token in self._tokens[start : self.at])
         if word in _IF:
-            self._condition = told
+            self._condition = text
         else:
-            self._left_out.append(told)
+            self._left_out.append(text)
 
     def _noun_phrase(self) -> list[str]:
         """Read a noun phrase; a pronoun is what the steps before were about, a person nothing."""
@@ -670,11 +670,11 @@ class _ClauseReader:
         for mark, nps in phrases:
             if not mark or not nps:
                 continue
-            said = f"{mark} {' and '.join(nps)}"
+            text = f"{mark} {' and '.join(nps)}"
             at = verb.at(mark, bool(objects)) if verb else ""
             hidden = verb and any(mark in p.prepositions for p in verb.action.parameters)
             if all(np.lower() in _PERSONS for np in nps) or at in placed or (hidden and not at):
-                self._left_out.append(said)  # the action finds its own
+                self._left_out.append(text)  # the action finds its own
             elif at and len(nps) > 1:
                 raise _UnreadError  # which of them is meant, or what else is to be done?
             elif at:
@@ -685,11 +685,11 @@ class _ClauseReader:
                 objects += nps[1:]  # "bring the plate to the table, and the bowl"
                 brought += [keyworded(put, [("", np), ("", nps[0])]) for np in objects]
             elif objects and mark in _ASIDE_MARKS:
-                self._left_out.append(said)
+                self._left_out.append(text)
             elif objects:
-                objects[-1] += f" {said}"  # "the pan on the stove" is one thing
+                objects[-1] += f" {text}"  # "the pan on the stove" is one thing
             else:
-                placed[list(placed)[-1]] += f" {said}"
+                placed[list(placed)[-1]] += f" {text}"
         behind = [*placed.items(), *(("", np) for np in others)]
         if verb and placed and objects and verb.action.visible[0].name in placed:
             self._left_out += objects  # what is mixed in the bowl is what the bowl holds

@@ -399,8 +399,8 @@ class _Reader:
             self._fault(start, self._text[start:end].rstrip(), reading.error)
             return end
         source = self._text[start : reading.end]
-        told = name == "print" or source.startswith(("console.", "logging.", "logger."))
-        if told or self._makes_receiver(start, reading):
+        shown = name == "print" or source.startswith(("console.", "logging.", "logger."))
+        if shown or self._makes_receiver(start, reading):
             after = swallow(self._text, reading.end) if reading.error else reading.end
             self._add(Item(start, self._text[start:after], code=LEFT_OUT))
             return after

@@ -105,19 +105,19 @@ def _keys(telling: _Telling) -> list[_Key]:
 
 
 def _repeats(first: _Telling, again: _Telling, gap: int) -> bool:
-    told, more = _keys(first), _keys(again)
+    found, more = _keys(first), _keys(again)
     if len(more) < _FEWEST:
-        return gap == RECAP and len(more) >= _FEWEST_UNDER_RECAP and told == more
-    common = common_in_order(told, more)
-    return common >= _SIMILAR * len(more) and common >= _COVERS[gap] * len(told)
+        return gap == RECAP and len(more) >= _FEWEST_UNDER_RECAP and found == more
+    common = common_in_order(found, more)
+    return common >= _SIMILAR * len(more) and common >= _COVERS[gap] * len(found)
 
 
 def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
     """Keep the fuller of two tellings, the first unless the other says all of it and more."""
-    told, more = _keys(first), _keys(again)
-    lacks = list((Counter(told) - Counter(more)).elements())
-    extra = Counter(more) - Counter(told)
-    fuller = bool(extra) and common_in_order(told, more) == len(told)
+    found, more = _keys(first), _keys(again)
+    lacks = list((Counter(found) - Counter(more)).elements())
+    extra = Counter(more) - Counter(found)
+    fuller = bool(extra) and common_in_order(found, more) == len(found)
     kept, dropped = (again, first) if fuller else (first, again)
     place, start, end = again[0][0], dropped[0][0].line, dropped[-1][0].line
     message = f"The plan is repeated from line {place.line}: run once"
@@ -152,5 +152,5 @@ def _key(call: Call, orders: dict[tuple[str, frozenset[str]], tuple[str, ...]]) 
     action = call.action.lower()
     args = {name: arg for name, arg in call.named() if name}
     order = orders.setdefault((action, frozenset(args)), tuple(args))
-    said = [args[name] for name in order] if len(args) == len(call.args) else call.args
-    return action, tuple(arg.lower().replace("_", " ") for arg in said)
+    lines = [args[name] for name in order] if len(args) == len(call.args) else call.args
+    return action, tuple(arg.lower().replace("_", " ") for arg in lines)

@@ -184,8 +184,8 @@ class Structures:
         items = list(self._steps(node, planned=False))
         if node.end < 0 and items and not items[-1].code:
             rest = self._text[end : end + 200].strip()
-            told = shown(rest) if rest else "the end of the text"
-            message = f"The JSON breaks off at {told}."
+            text = shown(rest) if rest else "the end of the text"
+            message = f"The JSON breaks off at {text}."
             items.append(Item(end, "", code="P102", message=message))
         return items, end
 
@@ -206,8 +206,8 @@ class Structures:
                 continue
             often = count_of(value.text) if counts else 0
             if not often:
-                told = value.text or self._quoted(value)[1:-1]
-                yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {told}")
+                text = value.text or self._quoted(value)[1:-1]
+                yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {text}")
                 return
         yield from list(steps) * min(often, _LOOKED_AT)
 
@@ -244,8 +244,8 @@ class Structures:
                 yield self._unread(item, "this is not a step")
 
     def _map_steps(self, node: Node, planned: bool) -> Iterator[Item]:
-        told = [value for key, value in node.entries() if planned and key in _DESCRIBED]
-        said = next((value for value in told if self._words.begins(value.text)), None)
+        found = [value for key, value in node.entries() if planned and key in _DESCRIBED]
+        said = next((value for value in found if self._words.begins(value.text)), None)
         if said is not None:
             yield from self._string(said)
             return
@@ -378,7 +378,7 @@ class Structures:
         closed = closing.search(text, opened.end(), opened.end() + _LONGEST)
         body = text[opened.end() : closed.start()] if closed and not opened[4] else ""
         leaves = _leaves(body)
-        said = _SAID.match(body)
+        match = _SAID.match(body)
         found = [
             values[n].strip()
             for values in (attributes, dict(leaves))
@@ -386,7 +386,7 @@ class Structures:
             if n in values
         ]
         own = opened[1] if opened.re is _ANY_TAG else ""
-        names = [own, opened[2] or "", *found, said[1] if said else ""]
+        names = [own, opened[2] or "", *found, match[1] if match else ""]
         name = next((n.strip().rpartition(".")[2] for n in names if n), "")
         if not name.isidentifier():
             return None
@@ -463,14 +463,14 @@ class Structures:
 
     def _field_value(self, pos: int, end: int, column: int) -> tuple[Node, int]:
         """Read a field's value: a literal, the lines below it that stand deeper, or plain text."""
-        said = self._text[pos:end].strip()
+        text = self._text[pos:end].strip()
         opening = pos + len(self._text[pos:end]) - len(self._text[pos:end].lstrip())
-        if said[:1] in ("[", "{"):
+        if text[:1] in ("[", "{"):
             node, after = read_literal(self._text, opening)
             if node.end >= 0:
                 return node, line_end(self._text, after)
-        if said:
-            plain = said.partition(" #")[0].strip("`*\"' ")
+        if text:
+            plain = text.partition(" #")[0].strip("`*\"' ")
             return Node("string", opening, end, plain), end
         node = Node("map", pos, end)
         while end < len(self._text):
@@ -554,9 +554,9 @@ class Structures:
                 left, at, atoms = left + self._text[at : atom.start()], atom.end(), atoms + 1
         left += self._text[at:end]
         if atoms and not _IN_ORDER.fullmatch(left):
-            told = shown(self._text[start:end].strip())
+            text = shown(self._text[start:end].strip())
             message = (
-                f"{told} has {shown(left.strip())} around its steps, which is no step of a plan"
+                f"{text} has {shown(left.strip())} around its steps, which is no step of a plan"
             )
             yield Item(start, self._text[start:end].strip(), code="P103", message=message)
 
@@ -640,9 +640,9 @@ def _args(key: str, value: str) -> Args:
 
 def _rest_args(node: Node, name: Node, counting: Iterable[str]) -> Args | None:
     """Take as arguments what a step says besides its action, remarks aside."""
-    said = [(k, v) for k, v in node.entries()
+    found = [(k, v) for k, v in node.entries()
             if v is not name and k not in _REMARKS and k not in counting]  # fmt: skip
-    keys, values = [k for k, _ in said], [v for _, v in said]
+    keys, values = [k for k, _ in found], [v for _, v in found]
     return flattened(Node("map", node.start, node.end, items=values, keys=keys))
 
 

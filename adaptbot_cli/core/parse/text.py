@@ -169,8 +169,8 @@ def _discarded(text: str, why: str, words: Vocabulary) -> list[Finding]:
     places = _Places(text)
     items = [i for i in read_text(text, words).items if i.code not in (LEFT_OUT, PROSE, GAP)]
     items.sort(key=lambda item: item.start)
-    told = f"is left out: {why}"
-    return [_left_out([(*places.of(item.start), item) for item in items], told)] if items else []
+    message = f"is left out: {why}"
+    return [_left_out([(*places.of(item.start), item) for item in items], message)] if items else []
 
 
 def _settled(read: ReadText, words: Vocabulary) -> Iterator[Item]:
@@ -263,8 +263,8 @@ class _Settling:
 
     def ordered(self, item: Prose) -> bool:
         """Tell whether a line that is left out has an order in it, which then is told of."""
-        said = [] if item.heads or _NO_STEPS.match(item.source) else _sentences(item.source)
-        return any(self.words.ordered(sentence) for _, sentence in said)
+        found = [] if item.heads or _NO_STEPS.match(item.source) else _sentences(item.source)
+        return any(self.words.ordered(sentence) for _, sentence in found)
 
     def _unread(self, start: int, source: str, blocks: bool) -> Item:
         """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
@@ -324,16 +324,16 @@ class _Phrased(_Settling):
             if n not in self._aside and not self._heads(n, item) and self._listed(item):
                 self._lists.setdefault(self._group(item), []).append(item.source)
         self._plans = {group for group, lines in self._lists.items() if self._is_plan(lines)}
-        said = [
+        parts = [
             s
             for n, i in lines
             if n not in self._aside and not i.heads
             for _, s in _sentences(i.source)
         ]
-        begun = sum(words.begins(sentence) for sentence in said)
-        shaped = sum(words.begins(s) or words.shaped(s) for s in said)
-        most = 2 * begun >= len(said) or (begun and 2 * shaped >= len(said))
-        self._prose = not self._plans and bool(most or shaped == len(said))
+        begun = sum(words.begins(sentence) for sentence in parts)
+        shaped = sum(words.begins(s) or words.shaped(s) for s in parts)
+        most = 2 * begun >= len(parts) or (begun and 2 * shaped >= len(parts))
+        self._prose = not self._plans and bool(most or shaped == len(parts))
 
     def _listed(self, item: Prose) -> bool:
         """Tell whether a line is an item of a list: marked, in a code block, or of few words."""
@@ -345,8 +345,8 @@ class _Phrased(_Settling):
 
     def _is_plan(self, lines: Sequence[str]) -> bool:
         """Tell whether the items of a list are steps: they begin with verbs."""
-        said = [sentence for line in lines for _, sentence in _sentences(line)]
-        return any(map(self.words.begins, said)) or (
+        parts = [sentence for line in lines for _, sentence in _sentences(line)]
+        return any(map(self.words.begins, parts)) or (
             bool(self.words.names)
             and all(re.match(r"\w+\s+(?:the|a|an)\s+\w", line, re.IGNORECASE) for line in lines)
         )
@@ -394,8 +394,8 @@ class _Phrased(_Settling):
             lambda i: isinstance(i, Prose) and i.indent > item.indent, self._items[n + 1 :]
         )
         done = {self.words.meaning(call.action) for i in below for call in self._said(i.source)}
-        said = [c for c in self._said(item.source) if c.args and self.words.knows(c.action)]
-        return bool(said) and done.isdisjoint(self.words.meaning(call.action) for call in said)
+        found = [c for c in self._said(item.source) if c.args and self.words.knows(c.action)]
+        return bool(found) and done.isdisjoint(self.words.meaning(call.action) for call in found)
 
 
 class _Mixed(_Settling):
@@ -480,10 +480,10 @@ class _Mixed(_Settling):
 
         It blocks unless the calls are the fuller account, of all the things that it names.
         """
-        said = self._said(item.source)
-        if said and all(self.words.meaning(call.action) in self._done for call in said):
+        found = self._said(item.source)
+        if found and all(self.words.meaning(call.action) in self._done for call in found):
             return
-        named = {_name(arg) for call in said for arg in call.args} - {"it", "them"}
+        named = {_name(arg) for call in found for arg in call.args} - {"it", "them"}
         fuller = self._sizes[item.group] < len(self._calls) and named <= self._named
         yield self._unread(item.start, item.source, blocks=not fuller)
 
@@ -524,8 +524,8 @@ def _no_plan(text: str, read: ReadText, findings: list[Finding]) -> str:
     quoted = ", ".join(shown(row[:SHOWN]) for row in (items or rows)[:2])
     if items:
         many = f"{len(items)} items" if len(items) > 1 else "one item"
-        told = f"The text holds {many} of a list in words that could not be read as steps"
-        return f'{told}: {quoted}. Write each as a call such as `action("item")`.'
+        message = f"The text holds {many} of a list in words that could not be read as steps"
+        return f'{message}: {quoted}. Write each as a call such as `action("item")`.'
     return f'The text holds no call such as `action("item")`: it is only prose: {quoted}.'
 
 

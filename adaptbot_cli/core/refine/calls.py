@@ -183,8 +183,8 @@ def _no_use(arg: str, action: Action, slots: list[Parameter], scene: Scene) -> b
 def _open(action: Action, call: Call, fixed: tuple[CalledAs, ...]) -> list[Parameter]:
     """The parameters that a call's arguments are for: not those that its name fixes, unless the
     call writes them all the same."""
-    said = [p for p in action.visible if p.name not in {part.parameter for part in fixed}]
-    return said if len(call.args) <= len(said) else list(action.visible)
+    found = [p for p in action.visible if p.name not in {part.parameter for part in fixed}]
+    return found if len(call.args) <= len(found) else list(action.visible)
 
 
 @dataclass(frozen=True, slots=True)

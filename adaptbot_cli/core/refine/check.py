@@ -136,8 +136,8 @@ def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
             # What the action does not take itself it is done to in a vessel: eggs that are stirred.
             inside = not any(scene.kg.is_a(e, taken) for e in scene.kg.find(thing))
             if refused == action and (thing in named or inside):
-                said = f"the request excludes {action} {thing}".strip().replace("_", " ")
-                yield Finding("E505", said, action, step=n)
+                text = f"the request excludes {action} {thing}".strip().replace("_", " ")
+                yield Finding("E505", text, action, step=n)
         used = {*(bound.values.values() if bound else ())}
         used |= {node for s, _, o in delta.added for node in (s, o)}
         things = sorted(filter(None, {scene.excluded(node) for node in used}))
@@ -189,19 +189,19 @@ def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) ->
     if action is None or not (action.fetches or action.purpose) or not sound.call.args:
         return ""
     moved = set(scene.kg.find(sound.call.args[0]))
-    told = "; ".join(finding.message for finding in sound.findings)
+    text = "; ".join(finding.message for finding in sound.findings)
     if not moved or any(finding.code not in _OF_MOVING for finding in sound.findings):
         return ""
     if action.purpose and not action.fetches and moved & walk.left_there:
-        return f"{told}, so it stays where it is"
-    why = f"{told}, and no later step moves it"
+        return f"{text}, so it stays where it is"
+    why = f"{text}, and no later step moves it"
     for call in later:
         named = [bool(moved & set(scene.kg.find(arg))) for arg in call.args]
         if not any(named[:1] if action.fetches else named):
             if any(named) and not why:
-                why = f"{told}, and it is used where it stands"
+                why = f"{text}, and it is used where it stands"
             continue
-        needless = _needless(told, understand(call, scene).bound, scene)
+        needless = _needless(text, understand(call, scene).bound, scene)
         if needless or not _moves(call, scene):
             return needless
         why = ""  # it was to be somewhere else, unless it is used all the same
@@ -224,16 +224,16 @@ def _left_there(bound: Bound, walk: Walk, scene: Scene) -> str:
     return f"{scene.kg.name(thing)} stays where it is"
 
 
-def _needless(told: str, following: Bound | None, scene: Scene) -> str:
+def _needless(text: str, following: Bound | None, scene: Scene) -> str:
     """Why what cannot be moved need not be: the step that follows can be done without."""
     if following is None:
         return ""
     served = _served(following, scene)
     following = complete(following, scene.kg)
     if served:
-        return f"{told}, and {served}"
+        return f"{text}, and {served}"
     if all_hold(following, scene.kg):
-        return f"{told}, and {following.action.name} does not need it"
+        return f"{text}, and {following.action.name} does not need it"
     return ""
 
 

@@ -43,8 +43,8 @@ def expand(call: Call, scene: Scene) -> Meant:
 
 def _meant(call: Call, position: int, action: Action, names: list[str], by: str, why: str) -> Meant:
     if action.fetches and len(names) > 1:
-        told = sentence_list(names)
-        return Meant((), dropped=f"{why}: {told}, each fetched by the step that uses it")
+        text = sentence_list(names)
+        return Meant((), dropped=f"{why}: {text}, each fetched by the step that uses it")
     arg = call.args[position]
     args = [(*call.args[:position], name, *call.args[position + 1 :]) for name in names]
     change = Change(arg, ", ".join(names), by, why)

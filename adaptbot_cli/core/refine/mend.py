@@ -72,9 +72,11 @@ def with_remedies(report: Report, scene: Scene) -> Report:
     unmet = [finding for finding in report.findings if finding.code in _UNMET]
     if not unmet or not report.executable:
         unmet = [finding for finding in unmet if finding.subject]
-    told = {f: a.told for f in unmet for a in [_addition(f, report, scene)] if a and not a.supposed}
-    found = tuple(replace(f, remedy=told.get(f, "")) for f in report.findings)
-    return replace(report, findings=found) if told else report
+    record = {
+        f: a.told for f in unmet for a in [_addition(f, report, scene)] if a and not a.supposed
+    }
+    found = tuple(replace(f, remedy=record.get(f, "")) for f in report.findings)
+    return replace(report, findings=found) if record else report
 
 
 def mended(report: Report, scene: Scene, parse: Callable[[str], Parsed]) -> Mended | None:

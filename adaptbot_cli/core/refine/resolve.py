@@ -40,12 +40,12 @@ _AMOUNTS = (
 
 def without_amount(name: str) -> Iterator[tuple[str, bool]]:
     """Give what a name may be without its amount, and whether that is the one thing ("the egg")."""
-    said = normal(name).replace("_", " ")
+    text = normal(name).replace("_", " ")
     for amount in _AMOUNTS:
-        match = amount.fullmatch(said)
+        match = amount.fullmatch(text)
         rest = match[1].removeprefix("the ") if match else ""
         if rest:
-            yield rest, said.startswith("the ")
+            yield rest, text.startswith("the ")
 
 
 T = TypeVar("T")
@@ -191,8 +191,8 @@ def _place_of_phrase(name: str, classes: Sequence[URIRef], scene: Scene) -> Name
         (parts[cuts[-1] + 1 :], scene.domain.places, "place of the phrase"),
         (parts[: cuts[0]], frozenset(classes), "thing of the phrase"),
     ):
-        said = "_".join(word for word in part if word not in _ARTICLES)
-        found = [e for e in scene.kg.find(said) if scene.kg.is_a(e, classes)]
+        text = "_".join(word for word in part if word not in _ARTICLES)
+        found = [e for e in scene.kg.find(text) if scene.kg.is_a(e, classes)]
         if found and scene.kg.is_a(found[0], wanted):
             proper = scene.kg.name(found[0])
             return Named(found[0], Change(name, proper, by, f'"{name}" means {proper} here'))
@@ -203,9 +203,9 @@ def _with_state(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | N
     """A state word with a known item, "sliced_apple": the item, which must then be so."""
     parts = words(name)
     for prop in scene.domain.properties.values():
-        said = [part for part in parts if part in prop.state_words]
+        lines = [part for part in parts if part in prop.state_words]
         rest = "_".join(p for p in parts if p not in prop.state_words and p not in _ARTICLES)
-        if not said or not rest:
+        if not lines or not rest:
             continue
         found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, [prop.domain])]
         if found:
@@ -279,9 +279,9 @@ def _mutual(name: str, word: Related, entity: URIRef, scene: Scene) -> bool:
 
 def _rivals(name: str, entity: URIRef, classes: Sequence[URIRef], scene: Scene) -> bool:
     """Whether another item's name holds this one or is spelt much like it: which one is meant?"""
-    said, own = folded(name), scene.kg.name(entity)
+    text, own = folded(name), scene.kg.name(entity)
     others = [other for other in scene.kg.alike(name, classes) if other != own]
-    holding = (n for n in others if len(said) > 3 and (said in folded(n) or folded(n) in said))
+    holding = (n for n in others if len(text) > 3 and (text in folded(n) or folded(n) in text))
     parts = set(words(name)) - set(words(own))
     if len(words(name)) > 1 and any(parts & set(words(other)) for other in others):
         return True
@@ -310,11 +310,11 @@ def _best(related: Iterable[Related], named: Callable[[str], set[T]]) -> tuple[R
 
 
 def _word_evidence(name: str, word: Related) -> str:
-    said, other = name.replace("_", " "), word.word.replace("_", " ")
+    text, other = name.replace("_", " "), word.word.replace("_", " ")
     relations = {
-        "synonym": f"WordNet: {said} means the same as {other}",
-        "hypernym": f"WordNet: {said} is a kind of {other}",
-        "hyponym": f"WordNet: {other} is a kind of {said}",
+        "synonym": f"WordNet: {text} means the same as {other}",
+        "hypernym": f"WordNet: {text} is a kind of {other}",
+        "hyponym": f"WordNet: {other} is a kind of {text}",
     }
     return relations[word.relation]
 
@@ -395,30 +395,30 @@ def _plain(name: str, scene: Scene) -> tuple[str, ...]:
 
 def _action_named(name: str, scene: Scene) -> NamedAction | None:
     """An action by a name of it, whatever parts its words: pickUp, turnon; sauté is saute."""
-    for said in _plain(name, scene):
+    for text in _plain(name, scene):
         for known in scene.domain.actions.values():
-            taught = said in map(folded, scene.kg.aliases(known.iri))
-            fixed = tuple(c for c in known.called_as if said in map(folded, c.names))
+            taught = text in map(folded, scene.kg.aliases(known.iri))
+            fixed = tuple(c for c in known.called_as if text in map(folded, c.names))
             by: Approved = "human" if taught else "rule"
-            if said == folded(known.name):
+            if text == folded(known.name):
                 why = f"{name} is {known.name}, written differently"
                 return NamedAction(known, Change(name, known.name, "normalisation", why))
-            if taught or said in map(folded, known.aliases):
+            if taught or text in map(folded, known.aliases):
                 why = f"{name} is another name for {known.name}"
                 if normal(name) in scene.instead:
                     why = f"{known.name} is done instead, this time only"
                 return NamedAction(known, Change(name, known.name, "alias", why, by))
             if fixed:
-                told = sentence_list([called.parameter for called in fixed])
-                why = f"{name} is {known.name} with {told} set"
+                text = sentence_list([called.parameter for called in fixed])
+                why = f"{name} is {known.name} with {text} set"
                 return NamedAction(known, Change(name, known.name, "alias", why), fixed)
     return None
 
 
 def _action_by_verb(name: str, scene: Scene) -> NamedAction | None:
     """An action named by its verb alone: stir is stir_contents, if nothing else stirs."""
-    for said in _plain(name, scene):
-        found = [known for known in scene.domain.actions.values() if folded(known.verb) == said]
+    for text in _plain(name, scene):
+        found = [known for known in scene.domain.actions.values() if folded(known.verb) == text]
         if len(found) == 1:
             why = f"{found[0].name} is the only action that does so"
             return NamedAction(found[0], Change(name, found[0].name, "verb", why))
@@ -443,10 +443,10 @@ def _actions_called(word: str, scene: Scene, aliases: bool) -> set[str]:
 
 
 def _verb_evidence(name: str, word: Related) -> str:
-    said, other = name.replace("_", " "), word.word.replace("_", " ")
+    text, other = name.replace("_", " "), word.word.replace("_", " ")
     if word.relation == "synonym":
-        return f"WordNet: to {said} means to {other}"
-    way, broad = (said, other) if word.relation == "hypernym" else (other, said)
+        return f"WordNet: to {text} means to {other}"
+    way, broad = (text, other) if word.relation == "hypernym" else (other, text)
     return f"WordNet: to {way} is a way to {broad}"
 
 

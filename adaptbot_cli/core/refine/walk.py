@@ -228,10 +228,10 @@ class Walk:
             self.achieve([(wanted, message)], bound)
         for wanted, message in needs:
             if not wanted.holds():
-                told = (
+                text = (
                     f"{message}; the search was given up at its limit" if self.gave_up else message
                 )
-                yield Finding("E401", told, bound.action.name)
+                yield Finding("E401", text, bound.action.name)
 
     def achieve(self, needs: Sequence[tuple[Aim, str]], before: Bound | None = None) -> bool:
         """Insert the steps that make all of some needs hold, if there are any such steps.
@@ -256,8 +256,8 @@ class Walk:
             inserted = better or search.achieve(*aims) or []
             for fact in () if better else search.undone:
                 name, number = self.kg.name(fact[0]), self._achieved[fact]
-                told = f"what is missing here undoes what step {number} did to {name}"
-                self.findings.append(Finding("W605", told, name, len(self.steps) + 1))
+                text = f"what is missing here undoes what step {number} did to {name}"
+                self.findings.append(Finding("W605", text, name, len(self.steps) + 1))
         if inserted is None:
             return False
         self.insert(inserted, "; ".join(dict.fromkeys(open_)), mark)
