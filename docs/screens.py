@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.terminal_theme import TerminalTheme
 
-from adaptbot_cli.adapters.opening import show_opening
+from adaptbot_cli.cli.common import show_opening
 from adaptbot_cli.session import Request, build
 from adaptbot_cli.workspace import Workspace
 

@@ -20,8 +20,8 @@ from adaptbot_cli.adapters.store.reading import check_files, read_files
 from adaptbot_cli.core import view
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import changing, querying
-from adaptbot_cli.session.knowing import Home, differences, why
+from adaptbot_cli.session import change, queries
+from adaptbot_cli.session.knowledge import Home, differences, why
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, ex
 from tests.asking import task_for
@@ -90,7 +90,7 @@ def shown(home: Home, *_: object) -> None:
 
 
 def asked(home: Home, *_: object) -> None:
-    assert len(ask(home.kg.engine, ONE, querying.prefixes(home)).rows) == 1
+    assert len(ask(home.kg.engine, ONE, queries.prefixes(home)).rows) == 1
 
 
 def explained(home: Home, *_: object) -> None:
@@ -115,9 +115,9 @@ def validated(home: Home, *_: object) -> None:
 
 
 def imported(_: Home, other: Home, given: Path) -> None:
-    parcel, proposal = querying.imported(other, [given], False)
+    parcel, proposal = queries.imported(other, [given], False)
     assert parcel.accepted and not parcel.left_out
-    assert changing.commit(other, proposal)
+    assert change.commit(other, proposal)
 
 
 def told_apart(home: Home, *_: object) -> None:

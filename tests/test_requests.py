@@ -20,8 +20,8 @@ from adaptbot_cli.core.turns import Human
 from adaptbot_cli.core.tutor import pursue_each
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import load
+from adaptbot_cli.session.drive import Nowhere, Ports, drive
+from adaptbot_cli.session.graphs import load
 from adaptbot_cli.workspace import Workspace
 from tests.asking import lexicon, reading_of
 
@@ -140,7 +140,7 @@ def test_another_task_keeps_what_was_excluded() -> None:
 
 
 def test_an_excluded_item_of_a_written_plan_blocks() -> None:
-    from adaptbot_cli.session.playing import check
+    from adaptbot_cli.session.replay import check
 
     kg = kg_of("kitchen")
     [task] = reading_of("tea without milk", kg).tasks

@@ -10,7 +10,7 @@ from adaptbot_cli import session
 from adaptbot_cli.adapters.transcript import Recorder, read
 from adaptbot_cli.core.turns import Ask, Checked, Learned, Propose
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session.loading import kg_of
+from adaptbot_cli.session.graphs import kg_of
 from adaptbot_cli.workspace import Workspace
 
 FILES = sorted(bundled("transcripts").glob("*.yaml"))

@@ -6,13 +6,18 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.text import Text
+
+from adaptbot_cli.core.visible import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.adapters.planner.choice import Chosen
-    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.knowledge import Home
     from adaptbot_cli.workspace import Workspace
+
 
 WorkspaceOption = Annotated[
     Path | None,
@@ -97,7 +102,6 @@ def opened(
 ) -> "Chosen":
     """Choose who plans and print the first line of a run, before anything slow; a model is got
     ready meanwhile. Raises UsageError."""
-    from adaptbot_cli.adapters.opening import show_opening
     from adaptbot_cli.adapters.planner.choice import choose
 
     home.folder(domain)
@@ -113,7 +117,7 @@ def opened(
 
 def home_of(option: Path | None, domain: str | None) -> "Home":
     """Find the home that the options mean: a domain in a workspace."""
-    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.knowledge import Home
 
     found = workspace(option)
     return Home(found, domain_name(domain, found))
@@ -167,3 +171,15 @@ def escaped(json_text: str) -> str:
         return char if char.isprintable() else json.dumps(char)[1:-1]
 
     return re.sub(r"[^\n\x20-\x7e]", escape, json_text)
+
+
+_LONGEST = 300
+
+
+def show_opening(console: Console, task: str, domain: str, planner: str, why: str) -> None:
+    """Print what is pursued, who plans, and why."""
+    planned = Text(visible(f"{planner} ({why})"), "dim")
+    parts = [Text(visible(task), "bold"), Text(visible(domain)), planned]
+    for part in parts:
+        part.truncate(_LONGEST, overflow="ellipsis")
+    console.print(Text(" · ").join(parts))

@@ -53,8 +53,8 @@ def export(
     from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session.exporting import export_run, export_text
-    from adaptbot_cli.session.retracing import find_run
+    from adaptbot_cli.session.export import export_run, export_text
+    from adaptbot_cli.session.runs import find_run
 
     home = workspace(workspace_dir)
     if plan == "-" or (Path(plan).is_file() and Path(plan).suffix != ".yaml"):

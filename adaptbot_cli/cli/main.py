@@ -14,21 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import (
-    check,
-    doctor,
-    domain,
-    export,
-    kg,
-    pending,
-    progress,
-    replay,
-    resume,
-    run,
-    runs,
-    trust,
-    world,
-)
+from adaptbot_cli.cli import check, doctor, domain, export, kg, pending, run, runs, trust, world
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.cli.kg.changing import undo
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError, UsageError
@@ -67,11 +53,11 @@ app = typer.Typer(
 )
 app.command("run")(run.run)
 app.command("check")(check.check)
-app.command("replay")(replay.replay)
+app.command("replay")(runs.replay)
 app.command("doctor")(doctor.doctor)
-app.command("progress")(progress.progress)
+app.command("progress")(runs.progress)
 app.command("export")(export.export)
-app.command("resume")(resume.resume)
+app.command("resume")(runs.resume)
 app.command("trust")(trust.trust)
 app.command("runs")(runs.runs)
 app.command("undo")(undo)

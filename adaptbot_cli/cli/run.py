@@ -250,7 +250,7 @@ def exit_code(result: "Result") -> int:
     """
     if result.goal_met:
         return 0
-    from adaptbot_cli.session.building import is_stopped
+    from adaptbot_cli.session.build import is_stopped
 
     errors = [r.outcome.error for r in result.runs or (result,) if r.outcome and r.outcome.error]
     if any(error.code == "E602" for error in errors):

@@ -30,7 +30,7 @@ def check(
     from adaptbot_cli.adapters.world.conformance import conformance
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.errors import UsageError, WorldError
-    from adaptbot_cli.session.building import ACT_SECONDS, EXEC
+    from adaptbot_cli.session.build import ACT_SECONDS, EXEC
 
     if not world.startswith(EXEC):
         raise UsageError(f"say what to start: adaptbot world check '{EXEC}python robot.py'")

@@ -1,18 +1,20 @@
 """The dialogue with the person: what is asked together, offered, settled and reviewed (III-C)."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import Any
 
-from adaptbot_cli.core import asking, clashes, forms, suggest, teach
+from adaptbot_cli.core import asking, suggest, teach
 from adaptbot_cli.core.amending import amended, unsolved
-from adaptbot_cli.core.learning import Lesson, attribute_question
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.learning import Lesson, alias, attribute_question
+from adaptbot_cli.core.names import nearest, normal, sentence_list
+from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import (
     EDIT,
     LATER,
     NEW,
     NO,
+    SAME,
     STOP,
     YES,
     Answer,
@@ -23,6 +25,7 @@ from adaptbot_cli.core.questions import (
 )
 from adaptbot_cli.core.refine.mend import Mended, mended
 from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.run import Run, as_edited, forget_all, look_at
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
@@ -57,10 +60,10 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
                 doubt=run.policy == "tutor" and not required_only,
             )
         known = len(run.lessons)
-        name = forms.unoffered(run.asked, run.offers, question)
+        name = asking.unoffered(run.asked, run.offers, question)
         if name is not None and not run.stopped:
             run.offers.add(name)
-            yield from _offer(run, report, forms.rest(name, run.scene, run.asked))
+            yield from _offer(run, report, asking.rest(name, run.scene, run.asked))
         elif question is not None:
             if not shown and question.about not in asking.taught(run.asked):
                 yield Checked(report)
@@ -95,12 +98,12 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
     """Ask a question, and what else is to be known of the same thing."""
     yield from _look_around(run, question)
     seen = tuple(f"seen: {sentence}" for sentence in run.seen(3, question.about))
-    form = forms.around(question, report, run.scene, run.asked, run.full)
+    form = asking.around(question, report, run.scene, run.asked, run.full)
     rest: tuple[Question, ...] = ()
     if question.about in asking.taught(run.asked) and question.about not in run.offers:
-        rest = forms.rest(question.about, run.scene, run.asked, form)
+        rest = asking.rest(question.about, run.scene, run.asked, form)
     for n, each in enumerate(form):
-        doubted = clashes.doubted(each, run.scene)
+        doubted = teach.doubted(each, run.scene)
         if run.stopped or (n and doubted):
             continue
         answered = run.answered
@@ -108,7 +111,7 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         if doubted:
             notes = (*notes, *(yield from _as_known(run, doubted)))
             # Who is not sure leaves it as it is.
-            known = YES if clashes.is_so(each, run.scene) else NO
+            known = YES if teach.is_so(each, run.scene) else NO
             each = replace(each, suggested=Suggestion(known, "as it is known"))
         together = form[n + 1 :]
         ready = replace(each, notes=notes, together=together, offered=rest, answered=answered)
@@ -124,9 +127,9 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
 
 def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[str]]:
     """Say what is known of what is asked all the same, and where it comes from."""
-    origins = yield Trace(tuple(clashes.short(fact) for fact in facts))
+    origins = yield Trace(tuple(teach.short(fact) for fact in facts))
     return [
-        f"the graph says: {clashes.in_words(fact, run.scene)}{f' ({origin})' if origin else ''}"
+        f"the graph says: {teach.in_words(fact, run.scene)}{f' ({origin})' if origin else ''}"
         for fact, origin in zip(facts, [*(origins or ()), *[""] * len(facts)], strict=False)
     ]
 
@@ -140,7 +143,7 @@ def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generat
     answers: tuple[Answer, ...] = yield Offer(ready)
     run.stopped = any(answer.last for answer in answers)
     for question, answer in zip(questions, answers, strict=True):
-        if answer.value != LATER.value and forms.is_open(question, run.scene):
+        if answer.value != LATER.value and asking.is_open(question, run.scene):
             yield from _learn(run, report, question, answer)
 
 
@@ -165,7 +168,7 @@ def _learn(
         run.usage = replace(run.usage, questions=run.usage.questions + 1)
     for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
         if doubted:
-            agreed = clashes.corrected(lesson, doubted, run.scene)
+            agreed = teach.corrected(lesson, doubted, run.scene)
         else:
             agreed = yield from _settle(run, lesson)
         if agreed is not None:
@@ -176,17 +179,17 @@ def _learn(
 
 def _settle(run: Run, lesson: Lesson) -> Generator[Turn, Any, Lesson | None]:
     """Have the person say what stands if a lesson contradicts what is known."""
-    old = clashes.contradicted(lesson, run.scene)
+    old = teach.contradicted(lesson, run.scene)
     if not old:
         return lesson
-    reply = yield Trace(tuple(clashes.short(fact) for fact in old))
-    question = clashes.which_stands(lesson, old, reply or (), run.lessons, run.scene)
+    reply = yield Trace(tuple(teach.short(fact) for fact in old))
+    question = teach.which_stands(lesson, old, reply or (), run.lessons, run.scene)
     ready = replace(question, answered=run.answered)
     answer: Answer = LATER if run.stopped else (yield Ask(ready))
     if answer.value == STOP.value:
         run.stopped, answer = True, LATER
     run.asked[question.key] = (question, answer)
-    return clashes.settled(lesson, old, run.scene) if answer.value == NEW else None
+    return teach.settled(lesson, old, run.scene) if answer.value == NEW else None
 
 
 def keep(run: Run) -> Generator[Turn, Any, bool]:
@@ -283,3 +286,107 @@ def _offer_change(run: Run, report: Report, offered: Mended) -> Generator[Turn, 
     if answer.value != YES:
         return report
     return (yield from look_at(run, as_edited(run, offered.text)))
+
+
+Asked = list[tuple[Question, Answer]]
+
+_MOST_NAMES = 100
+
+
+def confirmed(
+    text: str, read: Callable[[str], Reading]
+) -> Generator[Turn, Any, tuple[Reading, Asked]]:
+    """Read a request; have the person confirm the reading if something in it is in doubt.
+
+    Another task can be named instead: what the request excludes holds for that one too. Whoever
+    says that the reading is wrong is taken at their word: nothing is done.
+    """
+    reading = read(text)
+    if not reading.doubts:
+        return reading, []
+    names = [name.replace("_", " ") for name in reading.names]
+    question = Question(
+        "reading",
+        normal(text),
+        f"Do you mean this: {reading.meant}?",
+        choices=(
+            Choice(YES, "yes, that is all I mean", key="y"),
+            Choice(SAME, "no, another task", key="a"),
+            Choice(NO, "no, do nothing", key="n"),
+            Choice(LATER.value, "ask me later", "the goal stays open", "l"),
+        ),
+        known=tuple(nearest(text, names, _MOST_NAMES, floor=0.0)),
+        notes=reading.doubts,
+    )
+    answer: Answer = yield Ask(question)
+    asked = [(question, answer)]
+    if answer.value == YES:
+        return reading.confirmed(), asked
+    if answer.value == NO:
+        return replace(reading, tasks=(), refused=reading.meant), asked
+    if answer.same_as:
+        return _instead(reading, read(answer.same_as)), asked
+    return reading, asked
+
+
+def _instead(reading: Reading, other: Reading) -> Reading:
+    """Another task in place of the one that was read, with all that was excluded."""
+    first, others = reading.tasks[:1], reading.tasks[1:]
+    tasks = list(other.tasks)
+    for old in first:
+        for n, task in enumerate(tasks):
+            out = {
+                "excluded": tuple(dict.fromkeys((*old.excluded, *task.excluded))),
+                "barred": old.barred | task.barred,
+                "rules": tuple(dict.fromkeys((*old.rules, *task.rules))),
+                "refused": tuple(dict.fromkeys((*old.refused, *task.refused))),
+                "amount": max(old.amount, task.amount),
+            }
+            kept = tuple(name for name in task.required if normal(name) not in old.barred)
+            tasks[n] = replace(task, required=kept, **out)  # type: ignore[arg-type]
+    return replace(reading, tasks=(*tasks, *others)).confirmed()
+
+
+def judged(run: Run) -> Generator[Turn, Any, None]:
+    """Have the person say by what goal a task is judged that none is known for, and keep that.
+
+    What is offered are the goals of a class of tasks that word knowledge relates it to.
+    """
+    task = run.task
+    likely = [run.kg.domain.task_classes[name] for name in task.like]
+    if not task.thin or not likely:
+        return
+    other = likely[0]
+    needs = tuple(goal.message.replace("{item}", "something") for goal in other.goals)
+    question = Question(
+        "goal",
+        normal(task.name),
+        f'I know no goal for "{task.name}". Shall I judge it as I judge {other.name}?',
+        choices=(
+            Choice(YES, f"yes, as {other.name}", "I remember it", "y"),
+            Choice(NO, "no", "the goal stays unknown", "n"),
+            Choice(LATER.value, "ask me later", key="l"),
+        ),
+        notes=(f"{other.name} fails where {sentence_list(needs)}",),
+    )
+    answer: Answer = yield Ask(replace(question, answered=tuple(run.asked.values())))
+    run.asked[question.key] = (question, answer)
+    if answer.value == LATER.value:
+        return
+    run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    if answer.value == YES and other.iri is not None:
+        lesson = Lesson(
+            alias(run.kg, task.name, other.iri),
+            question,
+            answer,
+            f"{task.name} is judged as {other.name}",
+        )
+        teach.take(lesson, run.scene)
+        run.lessons.append(lesson)
+        yield Learned(lesson)
+        run.task = run.scene.task = judged_as(task, other)
+
+
+def judged_as(task: Task, other: Task) -> Task:
+    """Return a task with the goals of a class of tasks."""
+    return replace(task, goals=other.goals, iri=other.iri, judged_by=other.name, thin=False)

@@ -11,18 +11,19 @@ from typing import Any
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.datatypes import DATATYPES, is_value
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Property
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.misnamed import misnamed
+from adaptbot_cli.core.lint import misnamed
 from adaptbot_cli.core.names import a, nearest
 from adaptbot_cli.core.terms import (
     AB,
     ATTRIBUTES,
+    DATATYPES,
     FACT_TERMS,
     STATES,
     Triple,
+    is_value,
     local,
     node_of,
     term_of,

@@ -6,11 +6,10 @@ from dataclasses import dataclass, field
 from rdflib import RDF, RDFS, BNode, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.datatypes import DATATYPES, is_value
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Kind, Property
 from adaptbot_cli.core.names import a
-from adaptbot_cli.core.terms import AB, FACT_TERMS, Triple, local
+from adaptbot_cli.core.terms import AB, DATATYPES, FACT_TERMS, Triple, is_value, local
 
 _DECLARES = frozenset({RDFS.Class, RDF.Property})
 

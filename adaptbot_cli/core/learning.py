@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.datatypes import NUMBERS
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Domain, Kind, Property
 from adaptbot_cli.core.kg import Kg
@@ -23,7 +22,7 @@ from adaptbot_cli.core.questions import (
     QuestionKind,
     yes_no,
 )
-from adaptbot_cli.core.terms import AB, Triple, local
+from adaptbot_cli.core.terms import AB, NUMBERS, Triple, local
 
 
 @dataclass(frozen=True, slots=True)

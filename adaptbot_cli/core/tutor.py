@@ -11,6 +11,7 @@ from typing import Any
 from adaptbot_cli.core.acts import (
     GOAL_MET,
     act,
+    ask_what_now,
     begin,
     failure,
     is_hopeless,
@@ -19,9 +20,7 @@ from adaptbot_cli.core.acts import (
     with_failure,
 )
 from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
-from adaptbot_cli.core.confirming import confirmed, judged
-from adaptbot_cli.core.dialogue import ask, keep, mend
-from adaptbot_cli.core.failing import ask_what_now
+from adaptbot_cli.core.dialogue import ask, confirmed, judged, keep, mend
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Task

@@ -23,9 +23,9 @@ from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.planner.local import Board, model_file, on_board
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Part, Prompts, style_of
-from adaptbot_cli.adapters.planner.recorded import Recorded
 from adaptbot_cli.adapters.planner.scrub import secrets
-from adaptbot_cli.adapters.simulated import SimulatedHuman
+from adaptbot_cli.adapters.planner.tokens import Recorded
+from adaptbot_cli.adapters.simulated_person import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, split
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.adapters.world.simulated import SimulatedHome
@@ -51,7 +51,7 @@ from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.recordings import Recording
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
-from adaptbot_cli.session.driving import Nowhere
+from adaptbot_cli.session.drive import Nowhere
 
 
 def plant(facts: Sequence[Triple], kg: Kg, share: float, seed: int) -> list[Triple]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.core.turns import Human, Observer
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.building import (
+from adaptbot_cli.session.build import (
     Request,
     human_of,
     keeper_of,
@@ -16,9 +16,9 @@ from adaptbot_cli.session.building import (
     started,
     started_on,
 )
-from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import EDITS, load, reader
-from adaptbot_cli.session.resuming import is_own
+from adaptbot_cli.session.drive import Nowhere, Ports, drive
+from adaptbot_cli.session.graphs import EDITS, load, reader
+from adaptbot_cli.session.runs import is_own
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

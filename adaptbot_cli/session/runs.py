@@ -1,9 +1,21 @@
 """The runs of a workspace, from their transcripts."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli import trust
+from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
+from adaptbot_cli.session.graphs import kg_again
+from adaptbot_cli.session.replay import replay
 from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.adapters.planner.budget import Spent
+    from adaptbot_cli.core.progress import Progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,3 +66,191 @@ def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[Pas
         if len(found) == last:
             break
     return found
+
+
+_EDITED = "hand-edited files were not committed before this run: told on the files as they are now"
+_CUT = "the transcript ends before the run did: told as far as it goes"
+
+
+class _Last:
+    """An observer that keeps the last plan, and what its execution came to."""
+
+    def __init__(self) -> None:
+        self.report: Report | None = None
+        self.outcome: Outcome | None = None
+
+    def asked(self, turn: Turn) -> None:
+        """Keep nothing: the reply is not there yet."""
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """Keep a checked plan, and the outcome of it."""
+        if isinstance(turn, Checked):
+            self.report, self.outcome = turn.report, None
+        elif isinstance(turn, Executed):
+            self.report, self.outcome = turn.report, turn.outcome
+
+
+def retrace(path: Path, workspace: Workspace) -> "Progress":
+    """Replay a transcript and return the ways of its things, as far as an interrupted one tells.
+
+    Raises:
+        UsageError: it is no transcript, or ended before there was a plan.
+        ReplayError: a finished one no longer tells the same story.
+    """
+    from adaptbot_cli.adapters.transcript import read
+    from adaptbot_cli.core.progress import progress
+    from adaptbot_cli.errors import ReplayError, UsageError
+
+    header, turns = read(path)
+    # Hand-edited files were no revision; if they are as they were, the replay shows it.
+    kg, edited = kg_again(header, path, workspace)
+    last, notes = _Last(), [_EDITED] if edited else []
+    try:
+        replay(path, workspace, [last], kg)
+    except ReplayError:
+        if turns and turns[-1]["turn"] == "finished":
+            raise
+        notes.append(_CUT)
+    if last.report is not None and any(step.done for step in last.report.steps):
+        kg, _ = kg_again(header, path, workspace)  # the state before the robot acted
+    if last.report is None:
+        raise UsageError(f"{path} ended before there was a plan: nothing has a way yet")
+    return replace(progress(last.report, last.outcome, kg), note="; ".join(notes))
+
+
+def find_run(workspace: Workspace, name: str | None) -> Path:
+    """Return the transcript that is meant: a file, a run by the beginning of its name or of its
+    task, or the latest run.
+
+    Raises:
+        UsageError: there is none, or the name may mean several.
+    """
+    from adaptbot_cli.core.learning import safe_name
+    from adaptbot_cli.errors import UsageError
+
+    if name is not None and Path(name).is_file():
+        return Path(name)
+    runs = sorted(workspace.transcripts.glob("*.yaml"))
+    if not runs:
+        raise UsageError(f'no run is recorded in {workspace.root}; try adaptbot run "…" first')
+    if name is None:
+        return runs[-1]
+    task = safe_name(name)
+    fitting = [run for run in runs if run.stem.startswith(name)]
+    fitting = fitting or [run for run in runs if run.stem.partition("-")[2].startswith(task)]
+    if len(fitting) == 1:
+        return fitting[0]
+    text = ", ".join(run.stem for run in (fitting or runs)[-3:])
+    if fitting:
+        raise UsageError(f'"{name}" may mean {len(fitting)} runs: {text}; write more of the name')
+    raise UsageError(f'no run or file is called "{name}"; the latest runs are {text}')
+
+
+def cut_off(workspace: Workspace, name: str = "") -> Path:
+    """Return the transcript of the run to go on with: the one that is named, or the latest.
+
+    `name` is a transcript's name without ending, the beginning of one, or a file.
+
+    Raises:
+        UsageError: there is no such run, there are several, or it has ended.
+    """
+    from adaptbot_cli.adapters.transcript import has_end, text_of, unfinished
+    from adaptbot_cli.errors import UsageError
+
+    open_ = unfinished(workspace.transcripts)
+    if not name:
+        if not open_:
+            raise UsageError(f"no run in {workspace.root} was cut off: there is nothing to resume")
+        return open_[0]
+    if Path(name).is_file():
+        found = [Path(name)]
+    else:
+        found = sorted(workspace.transcripts.glob("*.yaml"))
+        exact = [path for path in found if path.stem == name]
+        found = exact or [path for path in found if path.stem.startswith(name)]
+    if not found:
+        raise UsageError(f'there is no run "{name}" in {workspace.root}; {_listed(open_)}')
+    if len(found) > 1:
+        raise UsageError(f'"{name}" is short for {len(found)} runs; {_listed(open_)}')
+    if has_end(text_of(found[0])):
+        raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_listed(open_)}")
+    later = next((path for path in open_ if found[0] in chain(path)[:-1]), None)
+    return later or found[0]
+
+
+def _listed(paths: list[Path]) -> str:
+    if not paths:
+        return "none was cut off"
+    return f"cut off: {', '.join(path.stem for path in paths[:5])}"
+
+
+def header_of(path: Path) -> Mapping[str, Any]:
+    """Return a transcript's header. Raises UsageError."""
+    from adaptbot_cli.adapters import transcript
+
+    return transcript.header_of(path)
+
+
+def guarded(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a header says that is obeyed only where the user trusts it."""
+    return {name: header[name] for name in trust.GUARDED if name in header}
+
+
+def content_of(header: Mapping[str, Any]) -> bytes:
+    """Return the part of a transcript that trust is bound to, as it grows with every turn."""
+    return json.dumps(guarded(header), sort_keys=True, default=str).encode()
+
+
+def is_own(path: Path, header: Mapping[str, Any]) -> bool:
+    """Whether a transcript is of a run of this user, or trusted as if it were."""
+    return trust.is_trusted(path, content_of(header))
+
+
+def chain(path: Path) -> list[Path]:
+    """Return the transcripts that a run goes on with, the first one first, and its own."""
+    found = [path]
+    while True:
+        before = header_of(found[0]).get("resumes")
+        older = path.parent / f"{before}.yaml"
+        if not before or older in found or not older.is_file():
+            return found
+        found.insert(0, older)
+
+
+def spent(path: Path) -> "list[Spent]":
+    """Return what a run that was cut off has spent on its model, as far as its transcripts tell."""
+    from adaptbot_cli.adapters.planner.budget import Spent
+    from adaptbot_cli.adapters.transcript import read_cut
+
+    turns = [turn for each in chain(path) for turn in read_cut(each)[1]]
+    found = []
+    for turn in (turn for turn in turns if turn["turn"] == "propose"):
+        tokens = turn.get("tokens") or {}
+        prompt, completion = tokens.get("prompt", 0), tokens.get("completion", 0)
+        found.append(Spent(turn.get("calls", 1), prompt, completion, turn.get("cost_usd")))
+    return found
+
+
+def remembering(
+    path: Path, planner: Planner, human: Human
+) -> tuple[Planner, Human, tuple[tuple[str, str], ...], tuple[str, ...]]:
+    """Return a planner and a human that first give the replies of a run that was cut off; the tasks
+    that came to their end in its world, each with what it came to; the calls that it executed there
+    for the next one.
+
+    Who has answered in a transcript that is not of this user nobody knows: only its plans count.
+    """
+    from adaptbot_cli.adapters.transcript import (
+        Memory,
+        RememberingHuman,
+        RememberingPlanner,
+        read_cut,
+    )
+
+    memory = Memory()
+    for each in chain(path):
+        header, turns = read_cut(each)
+        own = is_own(each, header)
+        memory.take(turn for turn in turns if own or turn["turn"] in ("propose", "checked"))
+    known = RememberingPlanner(memory, planner), RememberingHuman(memory, human)
+    return *known, tuple(memory.over), tuple(memory.done)

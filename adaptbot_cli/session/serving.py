@@ -17,8 +17,8 @@ from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question, si
 from adaptbot_cli.core.names import normal, variants
 from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.changing import keeper
-from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.session.change import keeper
+from adaptbot_cli.session.knowledge import Home
 
 if TYPE_CHECKING:
     from rdflib.term import Node

@@ -10,9 +10,9 @@ from adaptbot_cli.core.merging import Side, question, side_of
 from adaptbot_cli.core.provenance import Origin
 from adaptbot_cli.core.turns import Human
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session.building import person, started
-from adaptbot_cli.session.changing import commit_edits
-from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.session.build import person, started
+from adaptbot_cli.session.change import commit_edits
+from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from rich.cells import cell_len
 from rich.console import Console, RenderableType
 
 from adaptbot_cli.adapters.display import Screen, diff_table, plan_table
-from adaptbot_cli.adapters.opening import show_opening
+from adaptbot_cli.cli.common import show_opening
 from adaptbot_cli.core import learning
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Parameter

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adaptbot_cli.adapters.simulated import KEY, THINK, SimulatedHuman
+from adaptbot_cli.adapters.simulated_person import KEY, THINK, SimulatedHuman
 from adaptbot_cli.core.questions import ABSENT, EXISTS, Choice, Question, yes_no
 from tests.worlds import workshop
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.adapters.store.versions import Versions
-from adaptbot_cli.session.changing import revert
-from adaptbot_cli.session.knowing import Home, chapters, why
+from adaptbot_cli.session.change import revert
+from adaptbot_cli.session.knowledge import Home, chapters, why
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import keeper
 from tests.bench.table import Table

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import Library
-from adaptbot_cli.adapters.simulated import SimulatedHuman
+from adaptbot_cli.adapters.simulated_person import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
@@ -30,7 +30,7 @@ from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.core.tutor import inspect, pursue
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import Ports, drive
-from adaptbot_cli.session.driving import Nowhere
+from adaptbot_cli.session.drive import Nowhere
 
 DOMAINS = ("kitchen", "household")
 

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
-from adaptbot_cli.core import forms, learning, suggest
+from adaptbot_cli.core import asking, learning, suggest
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.kg import Kg
@@ -92,7 +92,7 @@ def _attributes(
     kg: Kg, name: str, facts: object, scene: Scene
 ) -> Iterator[tuple[str, str, str | None, str]]:
     known = {p: o for _, p, o in facts}  # type: ignore[attr-defined]
-    for question in forms.rest(name, scene, {}):
+    for question in asking.rest(name, scene, {}):
         prop = next(p for p in kg.domain.properties.values() if str(p.iri).endswith(question.prop))
         truth = known.get(prop.iri)
         if truth is None:

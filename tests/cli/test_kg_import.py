@@ -10,12 +10,11 @@ from rdflib import RDF, RDFS, Graph
 from rdflib.compare import isomorphic
 
 from adaptbot_cli import session
-from adaptbot_cli.core.datatypes import DATATYPES
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.terms import DATATYPES, local
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session import changing, querying
-from adaptbot_cli.session.knowing import Home
-from adaptbot_cli.session.validating import validate
+from adaptbot_cli.session import change, queries
+from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.validation import validate
 from adaptbot_cli.workspace import Workspace
 
 _DEFAULT = Path(__file__).parents[3] / "shared" / "published"
@@ -47,18 +46,18 @@ def test_a_published_graph_comes_out_as_it_was_taken_in(
 ) -> None:
     path = GRAPHS / entry["file"]
     here = home(tmp_path, entry["file"])
-    parcel, proposal = querying.imported(here, [path], replace=True)
+    parcel, proposal = queries.imported(here, [path], replace=True)
     assert sorted(parcel.oddities) == sorted(entry["problems"])
     assert len(parcel.declarations) == entry["declaration_triples"]
     if entry["file"].startswith("example.attribute-graph"):
         # It has no robot, on which the pack's actions rest: it can only stand beside what is known.
         with pytest.raises(KnowledgeError, match="robot_arm"):
-            changing.commit(here, proposal)
-        parcel, proposal = querying.imported(here, [path], replace=False)
-        assert changing.commit(here, proposal)
+            change.commit(here, proposal)
+        parcel, proposal = queries.imported(here, [path], replace=False)
+        assert change.commit(here, proposal)
         assert parcel.accepted <= home(tmp_path, entry["file"]).facts
         return
-    revision = changing.commit(here, proposal)
+    revision = change.commit(here, proposal)
     assert revision == home(tmp_path, entry["file"]).needed().repo.head()
 
     given = without_declarations(path)
@@ -67,14 +66,14 @@ def test_a_published_graph_comes_out_as_it_was_taken_in(
         given.remove(triple)
     assert len(parcel.left_out) <= 3 and len(given) == len(parcel.accepted)
     for form in ("turtle", "nt", "json-ld", "xml"):
-        data = querying.exported(here.workspace, here.domain, form, "merged")
+        data = queries.exported(here.workspace, here.domain, form, "merged")
         assert isomorphic(Graph().parse(data, format=form), given), form
 
 
 @needs_graphs
 def test_what_is_left_out_is_told_with_its_reason() -> None:
     here = home(Path("nowhere"))
-    parcel, _ = querying.imported(here, [GRAPHS / "example.initial.d65fe35.ttl"], replace=True)
+    parcel, _ = queries.imported(here, [GRAPHS / "example.initial.d65fe35.ttl"], replace=True)
     assert sorted(parcel.left_out.values()) == [
         "agent_location is not declared in domain.ttl",
         "cutting_board used_for_slicing has 2 values: false, true",
@@ -86,8 +85,8 @@ def test_what_is_left_out_is_told_with_its_reason() -> None:
 def test_beside_what_is_known_only_what_the_file_tells_changes(tmp_path: Path) -> None:
     here = home(tmp_path)
     path = GRAPHS / "cooking.initial.d65fe35.ttl"
-    parcel, proposal = querying.imported(here, [path], replace=False)
-    changing.commit(here, proposal)
+    parcel, proposal = queries.imported(here, [path], replace=False)
+    change.commit(here, proposal)
     now = home(tmp_path)
     assert parcel.accepted <= now.facts
     told = {(s, p) for s, p, _ in parcel.accepted}
@@ -107,9 +106,9 @@ def test_what_is_no_graph_is_refused(tmp_path: Path, name: str) -> None:
     path = tmp_path / "odd.ttl"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(KnowledgeError, match=told):
-        querying.imported(home(tmp_path / "home"), [path], replace=False)
+        queries.imported(home(tmp_path / "home"), [path], replace=False)
     with pytest.raises(KnowledgeError, match="cannot read"):
-        querying.imported(home(tmp_path / "home"), [tmp_path / "none.ttl"], replace=False)
+        queries.imported(home(tmp_path / "home"), [tmp_path / "none.ttl"], replace=False)
 
 
 ODD = {
@@ -137,7 +136,7 @@ def test_what_does_not_fit_is_left_out(tmp_path: Path, name: str) -> None:
     text, told = ODD[name]
     path = tmp_path / "odd.ttl"
     path.write_text(f"@prefix ex: <{EX}> .\n{text}\n", encoding="utf-8")
-    parcel, proposal = querying.imported(home(tmp_path / "home"), [path], replace=False)
+    parcel, proposal = queries.imported(home(tmp_path / "home"), [path], replace=False)
     assert any(told in reason for reason in parcel.left_out.values()), parcel.left_out
     left = {(s, p) for s, p, _ in parcel.left_out}
     assert not left & {(s, p) for s, p, _ in proposal.delta.added}
@@ -171,8 +170,8 @@ def test_a_value_of_any_datatype_comes_back(tmp_path: Path, datatype: str) -> No
     assert validate(workspace, "starting") == []
     here = Home(workspace, "starting")
     path = tmp_path / "all.ttl"
-    path.write_bytes(querying.exported(workspace, "starting", "turtle", "merged"))
-    parcel, proposal = querying.imported(here, [path], replace=True)
+    path.write_bytes(queries.exported(workspace, "starting", "turtle", "merged"))
+    parcel, proposal = queries.imported(here, [path], replace=True)
     assert not parcel.left_out and not proposal.delta
 
 
@@ -182,8 +181,8 @@ def test_what_tasks_name_and_an_import_leaves_out_is_a_hint_each_thing_once(
 ) -> None:
     here = home(tmp_path)
     path = GRAPHS / "cooking.initial.head.ttl"
-    _, proposal = querying.imported(here, [path], replace=True)
-    assert changing.commit(here, proposal)
+    _, proposal = queries.imported(here, [path], replace=True)
+    assert change.commit(here, proposal)
     told = validate(here.workspace, "kitchen")
     assert told and all(wrong.hint and wrong.file.endswith("tasks.ttl") for wrong in told)
     things = [wrong.message.split(" is not in ")[0] for wrong in told]
@@ -208,12 +207,12 @@ def test_a_query_of_the_wrong_form_is_told(
     tmp_path: Path, text: str, update: bool, told: str
 ) -> None:
     with pytest.raises(UsageError, match=told):
-        (querying.update if update else querying.query)(home(tmp_path), text)
+        (queries.update if update else queries.query)(home(tmp_path), text)
 
 
 def test_columns_stand_as_in_the_query(tmp_path: Path) -> None:
     text = "SELECT * { ?z ex:obj_name ?b FILTER(?b = 'egg') OPTIONAL { ?z ex:obj_location ?a } }"
-    found = querying.query(home(tmp_path), text)
+    found = queries.query(home(tmp_path), text)
     assert found.variables == ("z", "b", "a")
     assert json.loads(found.json)["head"]["vars"] == ["z", "b", "a"]
     assert [str(value) for value in found.rows[0]] == [f"{EX}egg", "egg", f"{EX}fridge"]

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.answers import AnswersHuman
 from adaptbot_cli.adapters.display import Screen
-from adaptbot_cli.adapters.tables import changes, history, things
+from adaptbot_cli.adapters.tables import history, things
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core import view
 from adaptbot_cli.core.delta import net
@@ -28,8 +28,8 @@ from adaptbot_cli.core.tutor import inspect, pursue
 from adaptbot_cli.core.visible import visible
 from adaptbot_cli.core.words import Related
 from adaptbot_cli.errors import AdaptbotError
-from adaptbot_cli.session import changing, knowing, querying
-from adaptbot_cli.session.driving import Nowhere, Ports, drive, perform
+from adaptbot_cli.session import change, knowledge, queries
+from adaptbot_cli.session.drive import Nowhere, Ports, drive, perform
 from adaptbot_cli.workspace import Workspace
 from tests.hostile_names import NAMES
 
@@ -65,7 +65,7 @@ def test_there_are_enough_of_them() -> None:
 class Teaching:
     """A kitchen in which one name after the other is taught, and taken back."""
 
-    home: knowing.Home
+    home: knowledge.Home
 
     def lessons(self, name: str, answers: dict[str, str]) -> list[Lesson]:
         """Run a plan that names a thing; return what the answers about it taught."""
@@ -88,7 +88,7 @@ class Teaching:
 
     def after(self, lessons: list[Lesson]) -> Kg:
         """Return the graph that the files make once the lessons are written into them."""
-        return changing.after(self.home, net(lesson.delta for lesson in lessons))
+        return change.after(self.home, net(lesson.delta for lesson in lessons))
 
 
 class Says:
@@ -113,7 +113,7 @@ class NoWords:
 @pytest.fixture(scope="module")
 def teaching(tmp_path_factory: pytest.TempPathFactory) -> Teaching:
     root = tmp_path_factory.mktemp("names")
-    return Teaching(knowing.Home(Workspace(root), "kitchen"))
+    return Teaching(knowledge.Home(Workspace(root), "kitchen"))
 
 
 @EACH_NAME
@@ -156,11 +156,11 @@ def test_other_names_and_absences_are_written_and_read_again(
     new = [name for name in NAMES.values() if normal(name) and not kg.find(name)]
     if outcome == "absent":
         delta = net(absence(kg.domain, name, "item") for name in new)
-        after = changing.after(teaching.home, delta)
+        after = change.after(teaching.home, delta)
         assert all(is_absent(after, name, "item") for name in new)
     else:
         delta = net(alias(kg, name, egg) for name in new)
-        after = changing.after(teaching.home, delta)
+        after = change.after(teaching.home, delta)
         assert all(egg in after.find(name) for name in new)
         assert {normal(name) for name in new} <= set(after.aliases(egg))
         shown(things.one(after, view.thing(after, egg)))
@@ -168,24 +168,24 @@ def test_other_names_and_absences_are_written_and_read_again(
 
 @EACH_NAME
 def test_every_command_takes_it_as_a_word(
-    teaching: Teaching, kept: knowing.Home, name: str
+    teaching: Teaching, kept: knowledge.Home, name: str
 ) -> None:
     """What cannot be meant is refused with a sentence; nothing is written, nothing is raised."""
     home = kept
     head = home.needed().repo.head()
     calls = (
-        lambda: history.why(name, knowing.why(home, name).facts, (), home.words),
-        lambda: history.why("egg", knowing.why(home, "egg", name).facts, (), home.words),
-        lambda: history.log(list(knowing.chapters(home, name)), home.words, True),
-        lambda: preview(changing.retract(home, name), home),
-        lambda: preview(changing.retract(home, "egg", name), home),
-        lambda: preview(changing.retract(home, "egg", "place", name), home),
-        lambda: preview(changing.revert_answer(home, name), home),
-        lambda: preview(changing.revert(home, name), home),
-        lambda: changes.difference(knowing.differences(home, name, None)[0], home.words),
-        lambda: preview(querying.update(home, name), home),
-        lambda: str(querying.query(home, name)),
-        lambda: str(querying.query(home, f"ASK {{ ?x ex:obj_name {json.dumps(name)} }}").truth),
+        lambda: history.why(name, knowledge.why(home, name).facts, (), home.words),
+        lambda: history.why("egg", knowledge.why(home, "egg", name).facts, (), home.words),
+        lambda: history.log(list(knowledge.chapters(home, name)), home.words, True),
+        lambda: preview(change.retract(home, name), home),
+        lambda: preview(change.retract(home, "egg", name), home),
+        lambda: preview(change.retract(home, "egg", "place", name), home),
+        lambda: preview(change.revert_answer(home, name), home),
+        lambda: preview(change.revert(home, name), home),
+        lambda: history.difference(knowledge.differences(home, name, None)[0], home.words),
+        lambda: preview(queries.update(home, name), home),
+        lambda: str(queries.query(home, name)),
+        lambda: str(queries.query(home, f"ASK {{ ?x ex:obj_name {json.dumps(name)} }}").truth),
     )
     for call in calls:
         try:
@@ -195,15 +195,15 @@ def test_every_command_takes_it_as_a_word(
     assert home.needed().repo.head() == head
 
 
-def preview(proposal: changing.Proposal, home: knowing.Home) -> object:
+def preview(proposal: change.Proposal, home: knowledge.Home) -> object:
     """Return a proposed change as it is shown."""
-    return changes.preview(proposal.changes, changing.preview_words(home, proposal.delta))
+    return history.preview(proposal.changes, change.preview_words(home, proposal.delta))
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> knowing.Home:
+def kept(tmp_path_factory: pytest.TempPathFactory) -> knowledge.Home:
     """Return a home with all the names taught in one commit, each by an answer of its own."""
-    home = knowing.Home(Workspace(tmp_path_factory.mktemp("kept")), "kitchen")
+    home = knowledge.Home(Workspace(tmp_path_factory.mktemp("kept")), "kitchen")
     kg, lessons = home.kg, []
     [kind] = [kind for kind in kg.domain.teachable if kind.label.startswith("ingredient")]
     for name in NAMES.values():
@@ -214,12 +214,12 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> knowing.Home:
             lessons.append(
                 Lesson(delta, question, Answer("object", name, name), f"there is {name}")
             )
-    changing.keeper(home).keep(Keep(Task("all of them"), tuple(lessons)))
-    return knowing.Home(home.workspace, "kitchen")
+    change.keeper(home).keep(Keep(Task("all of them"), tuple(lessons)))
+    return knowledge.Home(home.workspace, "kitchen")
 
 
-def test_all_of_them_in_one_commit_each_with_its_answer(kept: knowing.Home) -> None:
-    [learned, _] = list(knowing.chapters(kept, None))
+def test_all_of_them_in_one_commit_each_with_its_answer(kept: knowledge.Home) -> None:
+    [learned, _] = list(knowledge.chapters(kept, None))
     shown(history.log([learned], kept.words, False))
     for told in learned.answers:
         taught = kept.needed().answered(f"{learned.origin.revision[:7]}.{told.number}")[1]

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session import changing, knowing, querying, standing, teaching, validating
-from adaptbot_cli.session.knowing import Home as Known
+from adaptbot_cli.session import change, knowledge, queries, teach, validation
+from adaptbot_cli.session.knowledge import Home as Known
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Ended, Home
 
@@ -59,7 +59,7 @@ def answer_about(home: Known, text: str) -> str:
     """The id of the answer that taught something."""
     [told] = [
         f"{chapter.origin.revision[:7]}.{told.number}"
-        for chapter in knowing.chapters(home, None)
+        for chapter in knowledge.chapters(home, None)
         for told, sentence in zip(chapter.answers, chapter.sentences, strict=True)
         if text in sentence
     ]
@@ -82,35 +82,35 @@ def test_the_log_tells_who_taught_what_and_for_what(taught: Home) -> None:
 
 
 def test_why_of_a_fact_outlives_later_commits(fresh: Fresh) -> None:
-    changing.commit(fresh(), changing.retract(fresh(), "leek"))
+    change.commit(fresh(), change.retract(fresh(), "leek"))
     edit(fresh(), "state.ttl", "ex:chives ", "# moved by hand\nex:chives ")
-    told = knowing.why(fresh(), "chives place")
+    told = knowledge.why(fresh(), "chives place")
     [origin] = told.facts.values()
     assert (origin.source, origin.question) == ("answer", 'Where is "chives" kept?')
     assert (origin.said, origin.task, origin.planner) == ("fridge", "omelette", "plan library")
     assert origin.transcript.endswith(".yaml") and origin.when and origin.by
-    assert {o.source for o in knowing.why(fresh(), "egg").facts.values()} == {"pack"}
+    assert {o.source for o in knowledge.why(fresh(), "egg").facts.values()} == {"pack"}
 
 
 def test_every_kind_of_origin_is_told(fresh: Fresh, tmp_path: Path) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled true")
-    [origin] = knowing.why(fresh(), "egg", "boiled").facts.values()
+    [origin] = knowledge.why(fresh(), "egg", "boiled").facts.values()
     assert origin.source == "uncommitted"
-    assert changing.commit_edits(fresh(), "the egg is boiled")
-    [origin] = knowing.why(fresh(), "egg", "IsBoiled").facts.values()
+    assert change.commit_edits(fresh(), "the egg is boiled")
+    [origin] = knowledge.why(fresh(), "egg", "IsBoiled").facts.values()
     assert (origin.source, origin.subject) == ("hand edit", "the egg is boiled")
-    past = knowing.why(fresh(), "egg", "boiled").history
+    past = knowledge.why(fresh(), "egg", "boiled").history
     assert [(turn.sign, turn.origin.source) for turn in past][-1] == ("+", "pack")
 
     update = MOVED.replace("THING", "egg")
-    changing.commit(fresh(), querying.update(fresh(), update))
-    [origin] = knowing.why(fresh(), "egg", "place").facts.values()
+    change.commit(fresh(), queries.update(fresh(), update))
+    [origin] = knowledge.why(fresh(), "egg", "place").facts.values()
     assert origin.source == "update" and origin.by
 
     path = tmp_path / "moved.ttl"
     path.write_text(f"<{EX}egg> <{EX}obj_location> <{EX}fridge> .", encoding="utf-8")
-    changing.commit(fresh(), querying.imported(fresh(), [path], False)[1])
-    [origin] = knowing.why(fresh(), "egg", "place").facts.values()
+    change.commit(fresh(), queries.imported(fresh(), [path], False)[1])
+    [origin] = knowledge.why(fresh(), "egg", "place").facts.values()
     assert (origin.source, origin.subject) == ("import", "import: moved.ttl")
 
 
@@ -121,7 +121,7 @@ def test_a_fact_committed_with_git_is_told_as_such(fresh: Fresh) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled true")
     who = ["-c", "user.name=Someone", "-c", "user.email=s@example.org"]
     subprocess.run(["git", "-C", root, *who, "commit", "-qam", "boiled"], check=True)
-    [origin] = knowing.why(fresh(), "egg", "boiled").facts.values()
+    [origin] = knowledge.why(fresh(), "egg", "boiled").facts.values()
     assert (origin.source, origin.author, origin.subject) == ("git", "Someone", "boiled")
 
 
@@ -129,10 +129,10 @@ def test_taking_back_that_a_thing_exists_takes_all_of_it_and_nothing_else(fresh:
     before = fresh()
     [fridge] = before.kg.find("fridge")
     update = 'INSERT DATA { ex:leek ab:alias "poireau" }'
-    changing.commit(before, querying.update(before, update))
+    change.commit(before, queries.update(before, update))
     later = fresh()
-    proposal = changing.revert_answer(later, answer_about(later, "there is leek"))
-    changing.commit(later, proposal)
+    proposal = change.revert_answer(later, answer_about(later, "there is leek"))
+    change.commit(later, proposal)
     now = fresh()
     leek = {t for t in later.facts if str(t[0]) == f"{EX}leek"}
     assert later.facts - now.facts == leek and len(leek) > 8
@@ -143,8 +143,8 @@ def test_taking_back_that_a_thing_exists_takes_all_of_it_and_nothing_else(fresh:
 def test_taking_back_an_attribute_takes_the_state_that_it_brought(fresh: Fresh) -> None:
     home = fresh()
     update = "DELETE { ex:leek ex:sliced false } INSERT { ex:leek ex:sliced true } WHERE {}"
-    changing.commit(home, querying.update(home, update))
-    changing.commit(fresh(), changing.revert_answer(fresh(), answer_about(fresh(), "sliceable")))
+    change.commit(home, queries.update(home, update))
+    change.commit(fresh(), change.revert_answer(fresh(), answer_about(fresh(), "sliceable")))
     assert facts(home, "leek") - facts(fresh(), "leek") == {
         "leek: sliceable yes",
         "leek: sliced no",
@@ -155,39 +155,39 @@ def test_taking_back_an_attribute_takes_the_state_that_it_brought(fresh: Fresh) 
 def test_later_work_on_the_same_fact_stays(fresh: Fresh) -> None:
     home = fresh()
     update = MOVED.replace("THING", "chives")
-    changing.commit(home, querying.update(home, update))
-    proposal = changing.revert_answer(fresh(), answer_about(fresh(), "chives: place"))
+    change.commit(home, queries.update(home, update))
+    proposal = change.revert_answer(fresh(), answer_about(fresh(), "chives: place"))
     assert not proposal.delta
     assert "chives: place table" in facts(fresh(), "chives")
 
 
 def test_a_revert_can_be_reverted(fresh: Fresh) -> None:
     before = fresh().facts
-    [_, learned, _] = list(knowing.chapters(fresh(), None))
-    changing.commit(fresh(), changing.revert(fresh(), learned.origin.revision))
+    [_, learned, _] = list(knowledge.chapters(fresh(), None))
+    change.commit(fresh(), change.revert(fresh(), learned.origin.revision))
     assert not fresh().kg.find("chives")
-    changing.commit(fresh(), changing.revert(fresh(), "HEAD"))
+    change.commit(fresh(), change.revert(fresh(), "HEAD"))
     assert fresh().facts == before
 
 
 def test_a_revert_names_the_plans_that_are_judged_otherwise(fresh: Fresh) -> None:
-    proposal = changing.revert_answer(fresh(), answer_about(fresh(), "there is chives"))
-    assert changing.verdicts(fresh(), proposal.delta) == [("omelette", "goal met", "findings")]
-    leek = changing.retract(fresh(), "leek")
-    assert changing.verdicts(fresh(), leek.delta) == []
+    proposal = change.revert_answer(fresh(), answer_about(fresh(), "there is chives"))
+    assert change.verdicts(fresh(), proposal.delta) == [("omelette", "goal met", "findings")]
+    leek = change.retract(fresh(), "leek")
+    assert change.verdicts(fresh(), leek.delta) == []
 
 
 @pytest.mark.parametrize("revision", ["HEAD~2", "nothing", "0000000"])
 def test_what_cannot_be_reverted_is_refused(fresh: Fresh, revision: str) -> None:
     with pytest.raises(KnowledgeError):
-        changing.revert(fresh(), revision)
+        change.revert(fresh(), revision)
     with pytest.raises(KnowledgeError, match="no answer"):
-        changing.revert_answer(fresh(), f"{revision}.1")
+        change.revert_answer(fresh(), f"{revision}.1")
 
 
 def test_a_thing_with_others_in_it_is_retracted_with_their_places(fresh: Fresh) -> None:
     home = fresh()
-    changing.commit(home, changing.retract(home, "fridge"))
+    change.commit(home, change.retract(home, "fridge"))
     now = fresh()
     gone = home.facts - now.facts
     assert not now.kg.find("fridge") and now.kg.find("leek")
@@ -198,17 +198,17 @@ def test_a_thing_with_others_in_it_is_retracted_with_their_places(fresh: Fresh) 
 
 def test_an_absence_is_lifted_by_retracting_it(fresh: Fresh) -> None:
     update = 'INSERT DATA { ab:kitchen ab:absentItem "saffron" }'
-    changing.commit(fresh(), querying.update(fresh(), update))
-    proposal = changing.retract(fresh(), "saffron")
+    change.commit(fresh(), queries.update(fresh(), update))
+    proposal = change.retract(fresh(), "saffron")
     assert proposal.subject == "retract: saffron is not here"
     [triple] = proposal.delta.removed
-    changing.commit(fresh(), proposal)
+    change.commit(fresh(), proposal)
     assert triple not in fresh().facts
 
 
 def test_another_name_is_retracted_and_its_thing_stays(fresh: Fresh) -> None:
-    changing.commit(fresh(), querying.update(fresh(), 'INSERT DATA { ex:leek ab:alias "poro" }'))
-    changing.commit(fresh(), changing.retract(fresh(), "poro"))
+    change.commit(fresh(), queries.update(fresh(), 'INSERT DATA { ex:leek ab:alias "poro" }'))
+    change.commit(fresh(), change.retract(fresh(), "poro"))
     assert fresh().kg.find("leek") and not fresh().kg.find("poro")
 
 
@@ -226,31 +226,31 @@ def test_what_is_not_known_cannot_be_retracted(
     fresh: Fresh, said: tuple[str, ...], told: str
 ) -> None:
     with pytest.raises(UsageError, match=told):
-        changing.retract(fresh(), *said)
+        change.retract(fresh(), *said)
 
 
 def test_a_patch_does_what_the_difference_tells(fresh: Fresh, taught: Home) -> None:
-    changes, before, after, _ = knowing.differences(fresh(), "HEAD~1", "HEAD")
+    changes, before, after, _ = knowledge.differences(fresh(), "HEAD~1", "HEAD")
     assert (before, after) == ("HEAD~1", "HEAD")
     shown = taught.adaptbot("kg", "diff", "HEAD~1", "HEAD", "--patch")
     old = fresh()
-    changing.commit(old, changing.revert(old, "HEAD"))
-    changing.commit(fresh(), querying.update(fresh(), shown.out))
+    change.commit(old, change.revert(old, "HEAD"))
+    change.commit(fresh(), queries.update(fresh(), shown.out))
     assert fresh().facts == old.facts and len(changes.delta.added) == 8
 
 
 def test_hand_edits_are_told_and_committed_if_they_fit(fresh: Fresh) -> None:
-    assert changing.commit_edits(fresh(), "nothing") is None
+    assert change.commit_edits(fresh(), "nothing") is None
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled 7")
-    told = standing.status(fresh())
+    told = validation.status(fresh())
     assert list(told.edited) == ["state.ttl"] and len(told.faults) == 1
     with pytest.raises(KnowledgeError, match="egg: .*IsBoiled.* must be a boolean"):
-        changing.commit_edits(fresh(), "wrong")
-    [fault] = validating.validate(fresh().workspace, "kitchen")
+        change.commit_edits(fresh(), "wrong")
+    [fault] = validation.validate(fresh().workspace, "kitchen")
     assert fault.file == "kg/kitchen/state.ttl" and "not committed" in fault.cause
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled 7", "ex:egg ex:IsBoiled true")
-    assert changing.commit_edits(fresh(), "boiled") == fresh().needed().repo.head()
-    assert not standing.status(fresh()).edited and not validating.validate(
+    assert change.commit_edits(fresh(), "boiled") == fresh().needed().repo.head()
+    assert not validation.status(fresh()).edited and not validation.validate(
         fresh().workspace, "kitchen"
     )
 
@@ -260,8 +260,8 @@ def test_a_fact_in_the_wrong_file_is_not_committed_and_is_taken_back_from_there(
 ) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled", "ex:egg ex:IsBig true ; ex:IsBoiled")
     with pytest.raises(KnowledgeError, match="IsBig does not belong here; move it to attributes"):
-        changing.commit_edits(fresh(), "wrong")
-    changing.commit(fresh(), changing.retract(fresh(), "egg", "IsBig", "yes"))
+        change.commit_edits(fresh(), "wrong")
+    change.commit(fresh(), change.retract(fresh(), "egg", "IsBig", "yes"))
     assert "IsBig" not in (fresh().workspace.root / "kg/kitchen/state.ttl").read_text()
     assert "egg: too big to carry no" in facts(fresh(), "egg")
 
@@ -272,13 +272,13 @@ def test_several_faults_are_told_once_each_and_the_first_few(fresh: Fresh) -> No
     added = "ex:egg ex:obj_location ex:drawer, ex:rack .\n"
     path.write_text(facts_there + added, encoding="utf-8")
     with pytest.raises(KnowledgeError) as told:
-        changing.commit_edits(fresh(), "wrong")
+        change.commit_edits(fresh(), "wrong")
     assert str(told.value).count("obj_location does not belong here") == 1
-    found = validating.validate(fresh().workspace, "kitchen")
+    found = validation.validate(fresh().workspace, "kitchen")
     assert len(found) == len({fault.message for fault in found}) == 2
     path.write_text(facts_there.replace(":IsLiquid false", ":IsLiquid 7"), encoding="utf-8")
     with pytest.raises(KnowledgeError, match=r"; and \d+ more: see adaptbot kg validate$") as told:
-        changing.commit_edits(fresh(), "wrong")
+        change.commit_edits(fresh(), "wrong")
     assert str(told.value).count("must be a boolean") == 3
     path.write_text(facts_there, encoding="utf-8")
 
@@ -365,7 +365,7 @@ def test_what_cannot_be_meant_changes_nothing(taught: Home, name: str) -> None:
 def test_an_answer_that_does_not_fit_loses_no_other(taught: Home, fresh: Fresh) -> None:
     answers = Path(taught.write("odd.yaml", LEEK.replace("leek", "kale").replace("no,", "maybe,")))
     with pytest.raises(UsageError, match="maybe"):
-        teaching.teach(fresh(), "kale", answers, None)
+        teach.teach(fresh(), "kale", answers, None)
     assert not fresh().kg.find("kale")
 
 

@@ -12,7 +12,7 @@ from adaptbot_cli.adapters.store import domains, files, turtle
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.misnamed import lacking
+from adaptbot_cli.core.lint import lacking
 from adaptbot_cli.core.pack import Sources, examine_domain, with_tasks
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
 from adaptbot_cli.errors import KnowledgeError, PackError

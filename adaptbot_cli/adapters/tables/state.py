@@ -9,11 +9,10 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.tables.changes import difference
-from adaptbot_cli.adapters.tables.words import cell, count, indented
-from adaptbot_cli.core.changes import Words
+from adaptbot_cli.adapters.tables.history import difference
+from adaptbot_cli.adapters.tables.things import cell, count, indented
+from adaptbot_cli.core.changes import Status, Words, Wrong
 from adaptbot_cli.core.importing import Parcel
-from adaptbot_cli.core.standing import Status, Wrong
 from adaptbot_cli.core.terms import local
 
 _MOST_ROWS = 12

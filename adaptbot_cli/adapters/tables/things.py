@@ -1,8 +1,10 @@
 """Tables of the knowledge graph for the terminal."""
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -106,3 +108,108 @@ def stats(kg: Kg, record: dict[str, Any]) -> RenderableType:
     for name, count in record["classes"].items():
         table.add_row(Text(labels.get(name, name)), Text(str(count)))
     return Group(Text(kg.domain.name, "bold"), table)
+
+
+_LONGEST = 400
+_INDENT = (0, 0, 0, 2)
+
+
+def cell(text: str, style: str = "", longest: int = _LONGEST) -> Text:
+    """Return text from outside: never markup, never an escape code, cut to a bearable length."""
+    shown = Text(visible(text), style, overflow="fold")
+    shown.truncate(longest, overflow="ellipsis")
+    return shown
+
+
+def joined(parts: Iterable[str], style: str = "dim") -> Text:
+    """Return what is told of something in one line, what is empty left out."""
+    return cell(" · ".join(part for part in parts if part), style)
+
+
+def minute(when: str) -> str:
+    """Return an ISO time to the minute, as people write it."""
+    return when[:16].replace("T", " ")
+
+
+def indented(rows: Iterable[tuple[Text, ...]]) -> Padding:
+    """Return rows as columns, indented; the last column wraps."""
+    table = Table.grid(padding=(0, 2, 0, 0), pad_edge=False)
+    for row in rows:
+        while len(table.columns) < len(row):
+            table.add_column(overflow="fold")
+        table.add_row(*row)
+    return Padding(table, _INDENT)
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """Say how many there are: "1 fact", "2 facts"."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+Plain = dict[str, Any]
+
+
+def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
+    """List tasks with what they need, and actions with what they take."""
+    parts: list[RenderableType] = []
+    if tasks:
+        parts.append(Text.assemble(("tasks", "bold"), (f"  {len(tasks)}", "dim")))
+        parts.append(
+            indented((cell(task["task"]), cell(", ".join(task["needs"]), "dim")) for task in tasks)
+        )
+    if actions:
+        parts.append(Text.assemble(("actions", "bold"), (f"  {len(actions)}", "dim")))
+        parts.append(indented((cell(_call(a)), cell(a["explain"], "dim")) for a in actions))
+    if not parts:
+        parts.append(Text("none are known", "dim"))
+    return Group(*parts)
+
+
+def action(record: Plain) -> RenderableType:
+    """Show an action: what it takes, what must hold, what it changes."""
+    parts: list[RenderableType] = [
+        Text.assemble(cell(_call(record), "bold"), "  action"),
+        cell(record["explain"]),
+    ]
+    if record["also_called"]:
+        parts.append(cell(f"also called {', '.join(record['also_called'])}"))
+    takes = [(cell(p["name"]), cell(_takes(p), "dim")) for p in record["parameters"]]
+    parts += _part("takes", takes)
+    parts += _part("not possible if", [(cell(need["if_not"]),) for need in record["requires"]])
+    parts += _part("warns", [(cell(advice),) for advice in record["advises"]])
+    changes = record["changes"]
+    rows = [(Text("-", "red"), cell(line, "dim")) for line in changes["removes"]]
+    rows += [(Text("+", "green"), cell(line, "dim")) for line in changes["adds"]]
+    parts += _part("changes", rows)
+    if not record["effect_known"]:
+        parts.append(Text("what it changes is not known", "yellow"))
+    return Group(*parts)
+
+
+def _call(record: Plain) -> str:
+    shown = [p for p in record["parameters"] if not p["hidden"]]
+    names = [f"[{p['name']}]" if p["optional"] else p["name"] for p in shown]
+    return f"{record['action']}({', '.join(names)})"
+
+
+def _takes(parameter: Plain) -> str:
+    notes = [word for word in ("optional", "hidden") if parameter[word]]
+    text = " or ".join(parameter["takes"]) or "anything"
+    return f"{text} ({', '.join(notes)})" if notes else text
+
+
+def _part(title: str, rows: Sequence[tuple[Text, ...]]) -> list[RenderableType]:
+    return [Text(title, "dim"), indented(rows)] if rows else []
+
+
+def task(record: Plain, missing: Sequence[str]) -> RenderableType:
+    """Show a task: what it needs, what of that is not here, when it is not done."""
+    parts: list[RenderableType] = [Text.assemble(cell(record["task"], "bold"), ("  task", "dim"))]
+    if record["also_called"]:
+        parts.append(cell(f"also called {', '.join(record['also_called'])}"))
+    parts += _part("needs", [(cell(", ".join(record["needs"])),)])
+    if missing:
+        parts.append(cell(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))
+    parts += _part("not done if", [(cell(goal),) for goal in record["done_unless"]])
+    command = f'adaptbot run "{record["task"]}"'
+    return Group(*parts, cell(f"do it: {command}", "dim"))

@@ -5,13 +5,14 @@ and may leave out what it does not want to pin down.
 """
 
 from adaptbot_cli.adapters.transcript.documents import FORMAT, Document, describe, dump, finished
-from adaptbot_cli.adapters.transcript.leftover import LeftOver, left_over
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
 from adaptbot_cli.adapters.transcript.player import Player
 from adaptbot_cli.adapters.transcript.reading import (
+    LeftOver,
     glanced,
     has_end,
     header_of,
+    left_over,
     read,
     read_cut,
     text_of,

@@ -5,7 +5,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from adaptbot_cli.cli.eval import compare, published, run
+from adaptbot_cli.cli.eval import compare, run
 
 
 class _RunByDefault(TyperGroup):
@@ -24,5 +24,5 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 app.command("run")(run.run)
-app.command("published")(published.published)
+app.command("published")(run.published)
 app.command("compare")(compare.compare)

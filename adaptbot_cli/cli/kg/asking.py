@@ -9,8 +9,8 @@ from adaptbot_cli.cli.common import console, print_json, terminal
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
-    from adaptbot_cli.session.changing import ProposedChange
-    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.change import ProposedChange
+    from adaptbot_cli.session.knowledge import Home
 
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before committing.")]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the change; write nothing.")]
@@ -36,13 +36,13 @@ def carry_out(
     """
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.changes import preview
-    from adaptbot_cli.adapters.tables.words import cell
+    from adaptbot_cli.adapters.tables.history import preview
+    from adaptbot_cli.adapters.tables.things import cell
     from adaptbot_cli.core.changes import as_json
-    from adaptbot_cli.session import changing
+    from adaptbot_cli.session import change
 
     out = console(stderr=json)
-    words = changing.preview_words(home, proposal.delta)
+    words = change.preview_words(home, proposal.delta)
     if proposal.delta:
         out.print(preview(proposal.changes, words))
     else:
@@ -53,12 +53,12 @@ def carry_out(
         out.print(more)
     revision = None
     if proposal.delta and dry_run:
-        changing.judge(home, proposal.delta)
+        change.judge(home, proposal.delta)
     if proposal.delta and not dry_run:
         if not (yes or agreed(out, "Commit this?")):
             out.print(Text("nothing was changed", "dim"))
             return 0
-        revision = changing.commit(home, proposal)
+        revision = change.commit(home, proposal)
         out.print(Text("✓ ", "green") + Text(f"committed as {(revision or '')[:7]}"))
     if json:
         print_json({"revision": revision, **as_json(proposal.changes, words), **(told or {})})

@@ -16,8 +16,8 @@ from adaptbot_cli.cli.common import (
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
-    from adaptbot_cli.session.changing import ProposedChange
-    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.change import ProposedChange
+    from adaptbot_cli.session.knowledge import Home
 
 
 def retract(
@@ -33,10 +33,10 @@ def retract(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Take back that something is not here, another name, a fact, or a thing with all its facts."""
-    from adaptbot_cli.session import changing
+    from adaptbot_cli.session import change
 
     home = home_of(workspace_dir, domain)
-    return _taken_back(home, changing.retract(home, name, prop, value), yes, dry_run, json)
+    return _taken_back(home, change.retract(home, name, prop, value), yes, dry_run, json)
 
 
 def revert(
@@ -57,17 +57,17 @@ def revert(
     Later work stays. The plans of the library that are judged otherwise then are named.
     """
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import changing
+    from adaptbot_cli.session import change
 
     if (revision is None) == (answer is None):
         raise UsageError("say what to undo: a commit REV, or --answer ID; kg log tells both")
     home = home_of(workspace_dir, domain)
-    if revision is not None and changing.is_answer(revision):
+    if revision is not None and change.is_answer(revision):
         answer = revision
     if answer is not None:
-        proposal = changing.revert_answer(home, answer)
+        proposal = change.revert_answer(home, answer)
     else:
-        proposal = changing.revert(home, str(revision))
+        proposal = change.revert(home, str(revision))
     return _taken_back(home, proposal, yes, dry_run, json)
 
 
@@ -75,10 +75,10 @@ def _taken_back(
     home: "Home", proposal: "ProposedChange", yes: bool, dry_run: bool, json: bool
 ) -> int:
     """Carry out that something is taken back; name the plans that are judged otherwise then."""
-    from adaptbot_cli.adapters.tables.changes import verdicts
-    from adaptbot_cli.session import changing
+    from adaptbot_cli.adapters.tables.history import verdicts
+    from adaptbot_cli.session import change
 
-    changed = changing.verdicts(home, proposal.delta)
+    changed = change.verdicts(home, proposal.delta)
     return carry_out(
         home,
         proposal,
@@ -103,12 +103,12 @@ def undo(
 ) -> int:
     """Take back the last thing that was learned, shown first; again for the one before it."""
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import changing
+    from adaptbot_cli.session import change
 
     home = home_of(workspace_dir, domain)
     if suggestions:
-        return _taken_back(home, changing.suggestions(home), yes, dry_run, json)
-    latest = changing.last_learned(home)
+        return _taken_back(home, change.suggestions(home), yes, dry_run, json)
+    latest = change.last_learned(home)
     if latest is None:
         raise UsageError(f"nothing that was learned of the {home.domain} is left to take back")
     return revert(latest, None, yes, dry_run, domain, json, workspace_dir)
@@ -134,8 +134,8 @@ def add(
     """
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.words import cell, count
-    from adaptbot_cli.session.teaching import teach
+    from adaptbot_cli.adapters.tables.things import cell, count
+    from adaptbot_cli.session.teach import teach
 
     home = home_of(workspace_dir, domain)
     added = teach(home, name, answers, terminal(), yes, dry_run)

@@ -23,7 +23,7 @@ from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.engine import Answered
-    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.knowledge import Home
 
 
 class Format(StrEnum):
@@ -60,15 +60,15 @@ def query(
     The prefixes ex, ab, rdf, rdfs and xsd are known. Nothing is asked of the network.
     """
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import querying
+    from adaptbot_cli.session import queries
 
     home = home_of(workspace_dir, domain)
     text = _text(sparql)
     if update:
         if kg:
             raise UsageError("--update changes the workspace, not the files of --kg")
-        return carry_out(home, querying.update(home, text), yes=yes, dry_run=dry_run, json=json)
-    _show(querying.query(home, text, kg or ()), home, json)
+        return carry_out(home, queries.update(home, text), yes=yes, dry_run=dry_run, json=json)
+    _show(queries.query(home, text, kg or ()), home, json)
     return 0
 
 
@@ -85,7 +85,7 @@ def _text(sparql: str) -> str:
 def _show(answer: "Answered", home: "Home", json: bool) -> None:
     from adaptbot_cli.adapters.store.engine import write_graph
     from adaptbot_cli.adapters.tables.state import rows
-    from adaptbot_cli.session.querying import prefixes
+    from adaptbot_cli.session.queries import prefixes
 
     if answer.graph is not None:
         form = "json-ld" if json else "turtle"
@@ -118,7 +118,7 @@ def export(
 ) -> None:
     """Write the graph for other tools. The same knowledge gives the same bytes."""
     from adaptbot_cli.errors import KnowledgeError
-    from adaptbot_cli.session.querying import exported
+    from adaptbot_cli.session.queries import exported
 
     found = workspace(workspace_dir)
     data = exported(found, domain_name(domain, found), str(form), str(graph), at)
@@ -149,7 +149,7 @@ def import_(
     """
     from adaptbot_cli.adapters.tables.state import parcel as table
     from adaptbot_cli.errors import KnowledgeError
-    from adaptbot_cli.session.querying import imported, plain_parcel
+    from adaptbot_cli.session.queries import imported, plain_parcel
 
     home = home_of(workspace_dir, domain)
     parcel, proposal = imported(home, files, replace)

@@ -32,7 +32,7 @@ def log(
     from rich.text import Text
 
     from adaptbot_cli.adapters.tables.history import log as table
-    from adaptbot_cli.session.knowing import chapters
+    from adaptbot_cli.session.knowledge import chapters
 
     home = home_of(workspace_dir, domain)
     found = list(islice(chapters(home, name), number))
@@ -65,10 +65,10 @@ def diff(
     from rich.text import Text
 
     from adaptbot_cli.adapters.store.turtle import engine_term
-    from adaptbot_cli.adapters.tables.changes import difference, patch_notes
-    from adaptbot_cli.adapters.tables.words import cell
+    from adaptbot_cli.adapters.tables.history import difference, patch_notes
+    from adaptbot_cli.adapters.tables.things import cell
     from adaptbot_cli.core.changes import as_json, as_update
-    from adaptbot_cli.session.knowing import differences
+    from adaptbot_cli.session.knowledge import differences
 
     home = home_of(workspace_dir, domain)
     changes, before, after, words = differences(home, a, b)
@@ -96,10 +96,10 @@ def why(
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
     from adaptbot_cli.adapters.tables.history import why as table
     from adaptbot_cli.core.terms import local
-    from adaptbot_cli.session import knowing
+    from adaptbot_cli.session import knowledge
 
     home = home_of(workspace_dir, domain)
-    reply = knowing.why(home, name, prop)
+    reply = knowledge.why(home, name, prop)
     if not json:
         console().print(table(reply.name, reply.facts, reply.history, home.words))
         return

@@ -40,7 +40,7 @@ def sync(
     changed, and `adaptbot pending` lists it (exit 3).
     """
     from adaptbot_cli.errors import Interrupted
-    from adaptbot_cli.session.building import Request, human_of
+    from adaptbot_cli.session.build import Request, human_of
     from adaptbot_cli.session.syncing import sync as synced
 
     human = human_of(Request("", "", answers=answers), terminal())
@@ -95,7 +95,7 @@ def push(
 
 
 def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None) -> "Served":
-    from adaptbot_cli.session.building import Request, human_of
+    from adaptbot_cli.session.build import Request, human_of
     from adaptbot_cli.session.serving import Served
 
     home = home_of(workspace_dir, domain)
@@ -104,7 +104,7 @@ def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None
 
 
 def _exchanged(came: "Exchange", json: bool) -> int:
-    from adaptbot_cli.adapters.tables.words import cell, count
+    from adaptbot_cli.adapters.tables.things import cell, count
 
     for text in came.notes:
         note(f"left out: {text}")
@@ -142,7 +142,7 @@ def show_conflicts(conflicts: Any, command: str) -> None:
     """Show answers of which one can stand, with who gave each, and how to settle them."""
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.words import cell, count
+    from adaptbot_cli.adapters.tables.things import cell, count
 
     out = console()
     for question in conflicts:
@@ -155,7 +155,7 @@ def show_conflicts(conflicts: Any, command: str) -> None:
 def _show(came: Any, remote: str) -> None:
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.words import cell
+    from adaptbot_cli.adapters.tables.things import cell
 
     out = console()
     for lesson in came.settled:

@@ -57,14 +57,14 @@ def show(
 
 
 def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
-    from adaptbot_cli.adapters.tables import pack
+    from adaptbot_cli.adapters.tables import things
     from adaptbot_cli.core import describing
 
     domain = graph.domain
     told_tasks = [describing.task(task, domain) for task in domain.tasks] if tasks else []
     found = domain.actions.values() if actions else ()
     told_actions = [describing.action(graph, action) for action in found]
-    return [*told_tasks, *told_actions], lambda: pack.listing(told_tasks, told_actions)
+    return [*told_tasks, *told_actions], lambda: things.listing(told_tasks, told_actions)
 
 
 def _everything(graph: "Kg") -> "Shown":
@@ -78,7 +78,7 @@ def _everything(graph: "Kg") -> "Shown":
 
 def _called(graph: "Kg", name: str) -> "Shown":
     """What bears a name: a thing goes before a class, an action and a task."""
-    from adaptbot_cli.adapters.tables import pack, things
+    from adaptbot_cli.adapters.tables import things
     from adaptbot_cli.core import describing, view
 
     found = graph.find(name)
@@ -96,12 +96,12 @@ def _called(graph: "Kg", name: str) -> "Shown":
     action = describing.action_called(graph, name)
     if action is not None:
         record = describing.action(graph, action)
-        return record, lambda: pack.action(record)
+        return record, lambda: things.action(record)
     task = describing.task_called(graph, name)
     if task is not None:
         wanted = describing.task(task, graph.domain)
         missing = [item for item in wanted["needs"] if not graph.find(item)]
-        return {**wanted, "missing": missing}, lambda: pack.task(wanted, missing)
+        return {**wanted, "missing": missing}, lambda: things.task(wanted, missing)
     raise _unknown(graph, name)
 
 

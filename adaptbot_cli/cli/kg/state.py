@@ -27,11 +27,11 @@ def status(
     """Tell where the knowledge is, its revision, edits not yet committed, runs not ended."""
     from adaptbot_cli.adapters.tables.state import status as table
     from adaptbot_cli.core.changes import as_json
-    from adaptbot_cli.session import standing
+    from adaptbot_cli.session import validation
 
     home = home_of(workspace_dir, domain)
-    told = standing.status(home)
-    words = standing.words_for(home, told.changes) if told.changes else None
+    told = validation.status(home)
+    words = validation.words_for(home, told.changes) if told.changes else None
     if not json:
         console().print(table(told, words))
         return
@@ -58,7 +58,7 @@ def validate(
 ) -> int:
     """Tell everything that is wrong with the knowledge, where, and what to do; 3 if anything is."""
     from adaptbot_cli.adapters.tables.state import faults as table
-    from adaptbot_cli.session.validating import validate as found_faults
+    from adaptbot_cli.session.validation import validate as found_faults
 
     found = workspace(workspace_dir)
     faults = found_faults(found, domain_name(domain, found), kg or ())
@@ -80,12 +80,12 @@ def commit(
     from rich.text import Text
 
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import changing
+    from adaptbot_cli.session import change
 
     home = home_of(workspace_dir, domain)
     if not message.strip():
         raise UsageError('say what was edited: adaptbot kg commit -m "the kettle has moved"')
-    revision = changing.commit_edits(home, message)
+    revision = change.commit_edits(home, message)
     if revision is None:
         console().print(Text("nothing was edited by hand; there is nothing to commit", "dim"))
     else:

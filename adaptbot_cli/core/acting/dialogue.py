@@ -11,26 +11,26 @@ from dataclasses import dataclass, replace
 from rdflib import Literal
 from rdflib.term import Node
 
-from adaptbot_cli.core.acting.draft import Draft, from_action
+from adaptbot_cli.core.acting.draft import Draft, called, from_action, written
 from adaptbot_cli.core.acting.picking import (
     CHANGES,
     DONE,
     PARTS,
     REQUIRES,
     TAKES,
+    drafted,
     examples,
     put_together,
+    taking,
     words_of,
 )
-from adaptbot_cli.core.acting.taking import drafted, taking
-from adaptbot_cli.core.acting.writing import called, written
-from adaptbot_cli.core.datatypes import NUMBERS
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, CalledAs, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Call
 from adaptbot_cli.core.questions import FIXED, LATER, YES, Answer, Choice, Key, Question
+from adaptbot_cli.core.terms import NUMBERS
 
 NONE = "none"
 

@@ -1,12 +1,13 @@
 """Reads actions.ttl: parameters, requirements, effects."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from rdflib import RDFS, Graph, Literal, URIRef
+import pyoxigraph
+from rdflib import RDFS, Graph, Literal, URIRef, Variable
 
-from adaptbot_cli.core.clock import LONGEST
-from adaptbot_cli.core.datatypes import WRITTEN
+from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.domain import (
     Action,
     AttributeRequirement,
@@ -16,21 +17,178 @@ from adaptbot_cli.core.domain import (
     Parameter,
     Property,
 )
-from adaptbot_cli.core.names import nearest
-from adaptbot_cli.core.pack.entry import EntryReader, check_message, entries, order_of
-from adaptbot_cli.core.pack.noting import NOTHING, Notes
-from adaptbot_cli.core.pack.queries import query_of, refused_dollars, valid
-from adaptbot_cli.core.pack.slips import check_effect, check_queries
+from adaptbot_cli.core.names import a, misspelt, nearest, sentence_list
+from adaptbot_cli.core.pack.entry import (
+    NOTHING,
+    EntryReader,
+    Notes,
+    check_message,
+    entries,
+    order_of,
+)
 from adaptbot_cli.core.pack.vocabulary import check_terms
 from adaptbot_cli.core.sparql import (
+    bindable,
+    dollars,
+    makes_text,
     mentions,
     one_newline,
     prefixed,
+    reaches_out,
     split_update,
     template,
+    used_variables,
     variables,
 )
-from adaptbot_cli.core.terms import AB, local
+from adaptbot_cli.core.terms import AB, DATATYPES, WRITTEN, Triple, is_value, local
+
+_LIKE = 0.8
+"""How alike a variable and a parameter must be spelt for the one to be a slip for the other."""
+
+
+def check_queries(
+    entry: EntryReader, parameters: Iterable[EntryReader], names: Collection[str]
+) -> None:
+    """Doubt each variable of a condition, or of a parameter's query, that is likely misspelt."""
+    terms = (AB.requires, AB.advises, AB.purpose)
+    for part in (part for term in terms for part in entry.parts(term)):
+        for term in (AB.ask, AB.about):
+            _check_spelling(entry, part.text(term, ""), f"ab:{local(term)}", names)
+    for part in parameters:
+        for term in (AB.default, AB.instead, AB.ofProduct):
+            what = f'ab:{local(term)} of parameter "{part.text(AB.name)}"'
+            _check_spelling(entry, part.text(term, ""), what, {*names, "given"})
+
+
+def check_effect(
+    entry: EntryReader,
+    effect: Effect | None,
+    names: Collection[str],
+    properties: Mapping[URIRef, Property],
+) -> None:
+    """Note what of an effect would be left out, or would write what domain.ttl does not allow."""
+    if effect is None:
+        return
+    triples = (*effect.deletes, *effect.inserts)
+    written = {str(n) for triple in triples for n in triple if isinstance(n, Variable)}
+    for name in sorted(written - _bound(entry, effect) - {*names, "agent"}):
+        near = nearest(name, sorted({*names, "agent"}), 1)
+        text = f"ab:effect writes ?{name}, which is no parameter and not bound in its WHERE"
+        text += ", so that nothing is written"
+        known = (
+            f"its parameters are {sentence_list(sorted(names), 9)}" if names else "bind it there"
+        )
+        entry.note(text, f"the nearest there is ?{near[0]}" if near else known)
+    _check_spelling(entry, effect.update, "ab:effect", names, written)
+    for triple in dict.fromkeys(triples):
+        prop = properties.get(triple[1])  # type: ignore[call-overload]
+        if prop is not None:
+            _check_value(entry, triple, prop)
+
+
+def _bound(entry: EntryReader, effect: Effect) -> set[str]:
+    """The variables that the WHERE of an effect gives values to."""
+    where = split_update(effect.update)[2]
+    query = f"{prefixed(entry.graph, where)}SELECT * WHERE {{ {where}\n}}"
+    return set(valid(entry, query, "ab:effect") or ())
+
+
+def _check_value(entry: EntryReader, triple: Triple, prop: Property) -> None:
+    """Note a literal, or a thing, that cannot be a value of its property."""
+    value, name = triple[2], local(prop.iri)
+    if isinstance(value, Variable) or not prop.range:
+        return
+    text = f'"{value}"' if isinstance(value, Literal) else local(value)
+    problem = f"ab:effect writes {text} as {name}, which must be {a(local(prop.range))}"
+    if prop.range in DATATYPES and not is_value(value, prop.range):
+        entry.note(problem, f"write {DATATYPES[prop.range]}")
+    elif prop.range not in DATATYPES and isinstance(value, Literal):
+        entry.note(problem, "write a thing such as ex:thing, or a parameter")
+
+
+def _check_spelling(
+    entry: EntryReader, text: str, what: str, names: Collection[str], but: Collection[str] = ()
+) -> None:
+    """Doubt each variable that stands once, and is spelt almost as a parameter is.
+
+    Of a name that differs in a number (?place2) or in a word more (?old_place) it is meant.
+    """
+    counts = Counter(used_variables(text))
+    for name in (name for name, count in counts.items() if count == 1 and name not in but):
+        meant = misspelt(name, (*names, "agent"), _LIKE)
+        slip = meant not in ("", name) and meant.count("_") == name.count("_")
+        if slip and not re.search(r"\d", name):
+            message = f"{what} names ?{name}, which stands there once and is no parameter"
+            entry.doubt(message, f"the nearest there is ?{meant}")
+
+
+_CORRECT = "correct the query; its prefixes are those of the file"
+
+
+def query_of(entry: EntryReader, text: str, what: str, form: str, gives: str = "") -> str:
+    """Return an entry's query, ready to be asked with bindings; "" if it is not valid.
+
+    `gives` is a variable that a SELECT must give values for.
+    """
+    text = one_newline(text).strip()
+    if not text:
+        return ""
+    if not re.match(rf"{form}\b", text, re.IGNORECASE):
+        entry.note(f"{what} must be a SPARQL {form}", f"begin it with {form}")
+        return ""
+    if re.match(r"SELECT\s+(DISTINCT\s+|REDUCED\s+)?\*", text, re.IGNORECASE):
+        problem = f"{what} must name the variables that it gives, not *"
+        entry.note(problem, f"write SELECT ?{gives or 'item'}")
+        return ""
+    query = prefixed(entry.graph, text) + form + text[len(form) :]
+    given = valid(entry, query, what)
+    if given is None:
+        return ""
+    if gives and gives not in given:
+        message = " and ".join(f"?{name}" for name in given)
+        entry.note(f"{what} must give ?{gives}, but gives {message}", f"select ?{gives}")
+        return ""
+    return bindable(query) if valid(entry, bindable(query), what) is not None else ""
+
+
+def valid(entry: EntryReader, query: str, what: str) -> tuple[str, ...] | None:
+    """Return the variables that a SELECT gives, none of an ASK; None if the query is not valid, or
+    asks more than this graph. Raises EndlessError."""
+    if refused_dollars(entry, query, what):
+        return None
+    if len(query) > LONGEST:
+        entry.note(f"{what} has more than {LONGEST:,} characters", "make it shorter")
+        return None
+    if made := makes_text(query):
+        entry.note(f"{what} has {made}, which can fill the memory", "compare what is there")
+        return None
+    try:
+        if word := reaches_out(query):
+            text = f"{what} has {word}, which reaches outside the graph"
+            entry.note(text, "ask this graph alone")
+            return None
+        return within(lambda: _given(query), f"{entry.file}, entry {entry.entry}: {what}")
+    except (SyntaxError, ValueError) as error:
+        text = " ".join(str(error).split())
+        text = text.removeprefix("this is no valid SPARQL: ")
+        entry.note(f"{what} is no valid SPARQL: {text}", _CORRECT)
+        return None
+
+
+def _given(query: str) -> tuple[str, ...]:
+    """The variables that a query gives, asked of an empty graph."""
+    found = pyoxigraph.Store().query(query)
+    if isinstance(found, pyoxigraph.QuerySolutions):
+        return tuple(variable.value for variable in found.variables)
+    return ()
+
+
+def refused_dollars(entry: EntryReader, query: str, what: str) -> bool:
+    """Note each variable that is written with a dollar, which could not be bound."""
+    found = dict.fromkeys(dollars(query))
+    for name in found:
+        entry.note(f"{what} writes {name}", f"write ?{name[1:]}")
+    return bool(found)
 
 
 def read_actions(

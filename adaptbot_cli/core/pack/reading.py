@@ -7,10 +7,8 @@ from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli.core.domain import Domain, Implication, InitialState, Kind, Property
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.pack.actions import changed, read_actions
-from adaptbot_cli.core.pack.entry import EntryReader, check_message, entries
-from adaptbot_cli.core.pack.noting import Notes
-from adaptbot_cli.core.pack.queries import query_of
+from adaptbot_cli.core.pack.actions import changed, query_of, read_actions
+from adaptbot_cli.core.pack.entry import EntryReader, Notes, check_message, entries
 from adaptbot_cli.core.pack.vocabulary import check_terms, check_types
 from adaptbot_cli.core.plan import Constraint, Goal, Task
 from adaptbot_cli.core.terms import AB, Triple, local

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from rdflib import RDF, RDFS, BNode, Graph, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.pack.noting import Notes
+from adaptbot_cli.core.pack.entry import Notes
 from adaptbot_cli.core.terms import AB, TERMS, local
 
 _SPACES: tuple[tuple[str, str, frozenset[str]], ...] = (

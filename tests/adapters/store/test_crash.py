@@ -17,8 +17,8 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.session import changing, querying, starting, syncing, teaching
-from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.session import change, packs, queries, syncing, teach
+from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
 from tests.adapters.store.kills import SEED, at_one, chosen, killed_at, named
@@ -49,33 +49,33 @@ def apply(root: Path) -> None:
 
 
 def add(root: Path) -> None:
-    teaching.teach(home(root), "leek", root.parent / "answers.yaml", None)
+    teach.teach(home(root), "leek", root.parent / "answers.yaml", None)
 
 
 def retract(root: Path) -> None:
-    changing.commit(home(root), changing.retract(home(root), "okra"))
+    change.commit(home(root), change.retract(home(root), "okra"))
 
 
 def revert(root: Path) -> None:
-    changing.commit(home(root), changing.revert(home(root), "HEAD"))
+    change.commit(home(root), change.revert(home(root), "HEAD"))
 
 
 def take_in(root: Path) -> None:
-    given = querying.imported(home(root), [root.parent / "given.ttl"], False)[1]
-    changing.commit(home(root), given)
+    given = queries.imported(home(root), [root.parent / "given.ttl"], False)[1]
+    change.commit(home(root), given)
 
 
 def update(root: Path) -> None:
     text = "DELETE { ex:egg ex:IsBoiled false } INSERT { ex:egg ex:IsBoiled true } WHERE {}"
-    changing.commit(home(root), querying.update(home(root), text))
+    change.commit(home(root), queries.update(home(root), text))
 
 
 def commit(root: Path) -> None:
-    changing.commit_edits(home(root), "a mug")
+    change.commit_edits(home(root), "a mug")
 
 
 def new(root: Path) -> None:
-    starting.start(Workspace(root), "garden")
+    packs.start(Workspace(root), "garden")
 
 
 def share(root: Path) -> None:

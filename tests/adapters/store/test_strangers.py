@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.store.trailers import answers, compose, parse
 from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.adapters.transcript import header_of, left_over, read, read_cut, unfinished
 from adaptbot_cli.errors import KnowledgeError, PackError, UsageError
-from adaptbot_cli.session.building import recording
+from adaptbot_cli.session.build import recording
 from adaptbot_cli.workspace import Workspace, find
 from tests.adapters.store.homes import ORIGIN, begun, item, keeper, leek
 

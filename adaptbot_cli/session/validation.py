@@ -8,16 +8,41 @@ from typing import TYPE_CHECKING
 from rdflib import RDF
 from rdflib.term import Node
 
-from adaptbot_cli.core.standing import Wrong
+from adaptbot_cli.core.changes import Changes, Status, Words, Wrong
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session.inspecting import check_pack
-from adaptbot_cli.session.knowing import Home
-from adaptbot_cli.session.loading import load
+from adaptbot_cli.session.graphs import load
+from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
+    from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.provenance import Origin
+
+
+def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str], list[str]]:
+    """Return a domain's graph, a sentence for each fault, and hints: file, entry, what to do.
+
+    Hints are of what tasks name and the home lacks, and of goals that say too little.
+    With a fault the graph may be None, and is good for nothing but a look.
+
+    Raises:
+        UsageError: there is no such domain.
+        KnowledgeError: its folder cannot be read.
+    """
+    from adaptbot_cli.adapters.planner.checking import library_faults
+    from adaptbot_cli.adapters.store.keeper import settled
+    from adaptbot_cli.adapters.store.reading import check_files
+    from adaptbot_cli.core.refine.goals import weak
+
+    files = settled(workspace.root, lambda: workspace.files(domain))
+    kg, found, hints = check_files(files)
+    if kg is not None and kg.domain.name not in ("", domain):
+        text = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
+        found.append(f'domain.ttl, entry {kg.domain.name}: {text}; write "{domain}"')
+    found += library_faults(workspace.library(domain), kg)
+    return kg, found, hints if found or kg is None else [*hints, *weak(kg)]
+
 
 _FAULT = re.compile(r"(?P<file>[\w.]+\.ttl), entry (?P<entry>.+?): (?P<told>.+?)(; (?P<do>.+))?")
 
@@ -32,7 +57,7 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         KnowledgeError: its folder, or one of the other files, cannot be read.
     """
     from adaptbot_cli.core.faults import faults
-    from adaptbot_cli.core.misnamed import lacking
+    from adaptbot_cli.core.lint import lacking
 
     if files:
         kg = load(workspace, domain, files)
@@ -104,3 +129,45 @@ def _origin_text(origin: "Origin", domain: str) -> str:
         "start": "it was there when the versions began",
     }
     return known.get(origin.source) or f'{origin.source} {origin.revision[:7]}: "{origin.subject}"'
+
+
+def status(home: Home) -> Status:
+    """Return how a workspace stands. Edits that cannot be read are told as a problem."""
+    from adaptbot_cli.adapters.store.keeper import edit_faults
+    from adaptbot_cli.adapters.transcript import unfinished
+
+    root, versions = home.workspace.root, home.versions
+    if versions is None:
+        return Status(root, home.domain)
+    last = next(versions.repo.log([versions.folder]), None)
+    head = versions.repo.head()
+    changes, problem, found = None, "", []
+    if head:
+        try:
+            changes = versions.between(versions.files(head), versions.files(None))
+            found = edit_faults(versions.repo, home.domain) if changes else []
+        except KnowledgeError as error:
+            problem = str(error)
+    waiting = sorted(unfinished(home.workspace.transcripts))
+    revision, subject = (last.sha, last.subject) if last else (head, "")
+    edited = versions.edited()
+    return Status(root, home.domain, revision, subject, edited, changes, problem, found, waiting)
+
+
+def words_for(home: Home, changes: Changes) -> Words:
+    """Return words that know the names of what a change adds and removes as well."""
+    known = _words(home)
+    return known.also(changes.delta.added).also(changes.delta.removed)
+
+
+def _words(home: Home) -> Words:
+    """The words of the files as they are; those of the last commit if the files are no domain."""
+    from adaptbot_cli.adapters.store.reading import load_kg
+    from adaptbot_cli.adapters.store.versions import facts_of
+
+    try:
+        return home.words
+    except KnowledgeError:
+        versions = home.needed()
+        files = versions.files("HEAD")
+        return Words.of(load_kg(files, "HEAD").domain, facts_of(files))

@@ -9,13 +9,12 @@ from typing import Any
 
 from rdflib import OWL, RDF, RDFS, XSD, URIRef
 
-from adaptbot_cli.core.datatypes import DATATYPES
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import misspelt, nearest, normal, sentence_list
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.sparql import mentions
-from adaptbot_cli.core.terms import AB, FALSE, TRUE, local
+from adaptbot_cli.core.terms import AB, DATATYPES, FALSE, TRUE, local
 
 _STANDARD = tuple(map(str, (AB, RDF, RDFS, XSD, OWL)))
 THING_LIKE = 0.75

@@ -12,10 +12,10 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import STOP
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
-from adaptbot_cli.session.building import person, stamp
-from adaptbot_cli.session.changing import keeper
-from adaptbot_cli.session.driving import perform
-from adaptbot_cli.session.knowing import Home
+from adaptbot_cli.session.build import person, stamp
+from adaptbot_cli.session.change import keeper
+from adaptbot_cli.session.drive import perform
+from adaptbot_cli.session.knowledge import Home
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -49,7 +49,7 @@ def teach(
         Interrupted: the person pressed Ctrl-C; the message names the file with the answers.
     """
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.session.driving import Nowhere, Ports
+    from adaptbot_cli.session.drive import Nowhere, Ports
 
     if not normal(name):
         raise UsageError("say what there is: adaptbot kg add NAME")

@@ -14,9 +14,9 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
 from adaptbot_cli.core.world import STOPPED
-from adaptbot_cli.session.driving import Nowhere, Ports, drive
-from adaptbot_cli.session.loading import EDITS, load, reader
-from adaptbot_cli.session.resuming import content_of, guarded, remembering, spent
+from adaptbot_cli.session.drive import Nowhere, Ports, drive
+from adaptbot_cli.session.graphs import EDITS, load, reader
+from adaptbot_cli.session.runs import content_of, guarded, remembering, spent
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ def _sharing(
     is fetched."""
     if not os.environ.get("ADAPTBOT_KG_ENDPOINT") and "kg.endpoint" not in workspace.settings:
         return None
-    from adaptbot_cli.session.knowing import Home
+    from adaptbot_cli.session.knowledge import Home
     from adaptbot_cli.session.serving import Served, Sharing
 
     def tell(text: str) -> None:

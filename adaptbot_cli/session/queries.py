@@ -11,9 +11,9 @@ from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.session.changing import ProposedChange, after
-from adaptbot_cli.session.knowing import Home
-from adaptbot_cli.session.loading import load
+from adaptbot_cli.session.change import ProposedChange, after
+from adaptbot_cli.session.graphs import load
+from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

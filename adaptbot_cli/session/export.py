@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Turn
-from adaptbot_cli.session.playing import check_request, replay
-from adaptbot_cli.session.starting import PDDL_FILES
+from adaptbot_cli.session.packs import PDDL_FILES
+from adaptbot_cli.session.replay import check_request, replay
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
     from adaptbot_cli.adapters.transcript import read
-    from adaptbot_cli.session.loading import kg_again
+    from adaptbot_cli.session.graphs import kg_again
 
     kg, _ = kg_again(read(path)[0], path, workspace)
     kept = _Rehearsals()

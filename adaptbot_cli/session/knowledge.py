@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from adaptbot_cli.core.changes import Changes, Words
 from adaptbot_cli.core.terms import SCHEMA, Triple
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.loading import load
+from adaptbot_cli.session.graphs import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
