@@ -183,7 +183,7 @@ class Board:
 
 
 def _cause(code: int) -> str:
-    if code == 3:
+    if code in (3, -signal.SIGABRT):  # llama.cpp aborts on a file whose head it cannot read
         return "cannot be loaded: the file is damaged, or this llama.cpp does not know its kind"
     if code == -signal.SIGKILL:
         return "was stopped by the system, most likely for lack of memory"
