@@ -44,8 +44,8 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
     home = workspace(None)
     known, domain = frozenset(commands), domain_name(None, home)
     out = console(stderr=True)
-    text = f"help shows what to say · knowledge in {home.root}"
-    out.print(text, style="dim", markup=False, soft_wrap=True)
+    message = f"help shows what to say · knowledge in {home.root}"
+    out.print(message, style="dim", markup=False, soft_wrap=True)
     lines = _Lines(out, lambda: _names(domain))
     while True:
         line = lines.read(domain)
@@ -53,8 +53,8 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
             return
         words = _words(line)
         if line in ("help", "?"):
-            for text, what in _HELP:
-                out.print(f"  {text:<26} {what}", markup=False, highlight=False)
+            for typed, what in _HELP:
+                out.print(f"  {typed:<26} {what}", markup=False, highlight=False)
         elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():
             domain = words[1]
         elif words:

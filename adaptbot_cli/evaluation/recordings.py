@@ -84,9 +84,9 @@ def row_of(record: Mapping[str, Any], where: str) -> Recording:
     trials = record.get("trials")
     if not isinstance(trials, dict) or not trials:
         raise UsageError(f"{where}: `trials` must hold what the model said in at least one arm")
-    record = {_arm(name, where): _trial(trial, name, where) for name, trial in trials.items()}
-    first = next((record[arm][0] for arm in ARMS if arm in record), ())[:1]
-    answers = {arm: (*first, *found[1:]) for arm, (found, _) in record.items()}
+    answered = {_arm(name, where): _trial(trial, name, where) for name, trial in trials.items()}
+    first = next((answered[arm][0] for arm in ARMS if arm in answered), ())[:1]
+    answers = {arm: (*first, *found[1:]) for arm, (found, _) in answered.items()}
     index = record.get("index", 0)
     if type(index) is not int:
         raise UsageError(f"{where}: `index`, the place in the order of tasks, must be a number")
@@ -98,7 +98,7 @@ def row_of(record: Mapping[str, Any], where: str) -> Recording:
         domain=str(record.get("domain", "")),
         index=index,
         answers=answers,
-        recorded={arm: figures for arm, (_, figures) in record.items() if figures},
+        recorded={arm: figures for arm, (_, figures) in answered.items() if figures},
     )
 
 

@@ -195,7 +195,7 @@ def test_every_command_takes_it_as_a_word(
     assert home.needed().repo.head() == head
 
 
-def preview(proposal: change.Proposal, home: knowledge.Home) -> object:
+def preview(proposal: change.ProposedChange, home: knowledge.Home) -> object:
     """Return a proposed change as it is shown."""
     return history.preview(proposal.changes, change.preview_words(home, proposal.delta))
 

@@ -365,7 +365,7 @@ def test_what_cannot_be_meant_changes_nothing(taught: Home, name: str) -> None:
 def test_an_answer_that_does_not_fit_loses_no_other(taught: Home, fresh: Fresh) -> None:
     answers = Path(taught.write("odd.yaml", LEEK.replace("leek", "kale").replace("no,", "maybe,")))
     with pytest.raises(UsageError, match="maybe"):
-        teach.teach(fresh(), "kale", answers, None)
+        teach.teach(fresh(), "kale", answers, None, agreed=True)
     assert not fresh().kg.find("kale")
 
 

@@ -8,7 +8,7 @@ from rdflib.collection import Collection
 
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.adapters.store.turtle import rewrite
-from adaptbot_cli.core.acting import text as passages
+from adaptbot_cli.core.acting import draft as passages
 from adaptbot_cli.core.acting.draft import Draft, from_action, written
 from adaptbot_cli.core.acting.picking import changes, drafted, needs
 from adaptbot_cli.core.faults import faults

@@ -186,17 +186,17 @@ def _is_network(error: BaseException, causes: list[BaseException]) -> bool:
 
 def _nobody_there(causes: Iterable[BaseException]) -> bool:
     """Whether another try is in vain: nothing listens there, or the host has no address."""
-    text = " ".join(str(cause).lower() for cause in causes)
-    return "connection refused" in text or any(text in text for text in _NO_HOST)
+    wording = " ".join(str(cause).lower() for cause in causes)
+    return "connection refused" in wording or any(text in wording for text in _NO_HOST)
 
 
 def _unreachable(causes: list[BaseException], called: Called) -> str:
-    text = " ".join(str(cause).lower() for cause in causes)
-    if "connection refused" in text and is_here(called.address or ""):
+    wording = " ".join(str(cause).lower() for cause in causes)
+    if "connection refused" in wording and is_here(called.address or ""):
         return f"nothing listens at {called.place}; start the server, or correct --api-base"
-    if "connection refused" in text:
+    if "connection refused" in wording:
         or_proxy = ", or the proxy that HTTP_PROXY or HTTPS_PROXY names" if getproxies() else ""
         return f"{called.place}{or_proxy} refused the connection"
-    if any(text in text for text in _NO_HOST):
+    if any(text in wording for text in _NO_HOST):
         return f"no network, or no such host: {called.place} cannot be found"
     return f"the connection to {called.place} was lost"

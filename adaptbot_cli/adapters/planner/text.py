@@ -28,12 +28,12 @@ def plan_text(answer: PartialAnswer, whole: Any) -> tuple[str, str]:
     Reasoning tries calls out that are no part of the plan, and it would be paid for again in each
     re-prompt. Some models open it in the prompt, so that only its end is seen.
     """
-    message = "".join(answer.text)
-    text = without_reasoning(message)
+    content = "".join(answer.text)
+    text = without_reasoning(content)
     deltas = (chunk.choices[0].delta for chunk in answer.chunks if chunk.choices)
     thought = "".join(getattr(delta, "reasoning_content", None) or "" for delta in deltas)
-    if text != message.lstrip("\n"):
-        thought += message.removesuffix(text)
+    if text != content.lstrip("\n"):
+        thought += content.removesuffix(text)
     calls = streamed_calls(answer) or tool_calls(whole)
     message = "\n".join(part for part in (text, *calls) if part)
     return _encodable(thought.strip()), _encodable(message)

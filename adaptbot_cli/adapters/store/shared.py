@@ -157,7 +157,7 @@ class SharedGraph:
         rows = self.endpoint.ask(
             f"SELECT DISTINCT ?at ?text WHERE {{ GRAPH <{self.graphs['log']}> {{ "
             f"VALUES ?s {{ {_terms(list(things)[:_MANY])} }} "
-            f"?u <{AB.about}> ?s ; <{AB.told}> ?text ; <{AB.at}> ?at }} }} "
+            f"?u <{AB.about}> ?s ; <{AB.answers}> ?text ; <{AB.at}> ?at }} }} "
             f"ORDER BY ?at LIMIT {_MANY}"
         )
         texts = [row[1].value for row in rows]
@@ -172,7 +172,7 @@ class SharedGraph:
         entry = URIRef(f"urn:uuid:{uuid4()}")
         things = {s for s, _, _ in delta.removed | delta.added}
         found = {
-            (entry, AB.told, Literal(write(trailers))),
+            (entry, AB.answers, Literal(write(trailers))),
             (entry, AB.at, Literal(datetime.now(UTC).isoformat())),
             *((entry, AB.about, thing) for thing in things),
         }

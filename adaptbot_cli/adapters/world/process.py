@@ -126,8 +126,8 @@ class Process:
                 "removed": [named(fact, self.kg) for fact in sorted(turn.expected.removed)],
             },
         }
-        reply = None if awaited else message
-        answer, odd = self._asked(reply, lambda reply: _is_answer(reply, number))
+        sent = None if awaited else message
+        answer, odd = self._asked(sent, lambda reply: _is_answer(reply, number))
         late = not (answer or awaited or self._over)
         self._awaited = (number, name, arguments) if late else None
         if answer is None:

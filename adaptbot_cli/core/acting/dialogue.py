@@ -115,8 +115,10 @@ def _actions(names: Sequence[str], kg: Kg) -> list[Choice]:
 
 
 def _fixed(unknown: Unknown, kg: Kg) -> Talk:
-    text = unknown.name.replace("_", " ")
-    name = yield _which(unknown, kg, "which", f'Which of these is "{text}", with a fixed argument?')
+    wording = unknown.name.replace("_", " ")
+    name = yield _which(
+        unknown, kg, "which", f'Which of these is "{wording}", with a fixed argument?'
+    )
     action = kg.domain.actions.get(name)
     if action is None or not action.visible:
         return None

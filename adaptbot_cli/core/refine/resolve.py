@@ -395,15 +395,15 @@ def _plain(name: str, scene: Scene) -> tuple[str, ...]:
 
 def _action_named(name: str, scene: Scene) -> NamedAction | None:
     """An action by a name of it, whatever parts its words: pickUp, turnon; sauté is saute."""
-    for text in _plain(name, scene):
+    for wording in _plain(name, scene):
         for known in scene.domain.actions.values():
-            taught = text in map(folded, scene.kg.aliases(known.iri))
-            fixed = tuple(c for c in known.called_as if text in map(folded, c.names))
+            taught = wording in map(folded, scene.kg.aliases(known.iri))
+            fixed = tuple(c for c in known.called_as if wording in map(folded, c.names))
             by: Approved = "human" if taught else "rule"
-            if text == folded(known.name):
+            if wording == folded(known.name):
                 why = f"{name} is {known.name}, written differently"
                 return NamedAction(known, Change(name, known.name, "normalisation", why))
-            if taught or text in map(folded, known.aliases):
+            if taught or wording in map(folded, known.aliases):
                 why = f"{name} is another name for {known.name}"
                 if normal(name) in scene.instead:
                     why = f"{known.name} is done instead, this time only"

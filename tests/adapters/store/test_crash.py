@@ -49,7 +49,7 @@ def apply(root: Path) -> None:
 
 
 def add(root: Path) -> None:
-    teach.teach(home(root), "leek", root.parent / "answers.yaml", None)
+    teach.teach(home(root), "leek", root.parent / "answers.yaml", None, agreed=True)
 
 
 def retract(root: Path) -> None:
@@ -131,7 +131,8 @@ def killed(
     outcomes = []
     for number, step in enumerate(series):
         root = copied("killed")
-        assert killed_at(step, lambda root=root: verb(root)), step  # type: ignore[misc]
+        reached = killed_at(step, lambda root=root: verb(root))  # type: ignore[misc]
+        assert reached or step == len(names), step  # a cache that is filled by now saves one step
         if number % 10 == 0:
             begun(root)  # a run comes next
         elif number % 10 == 5:
