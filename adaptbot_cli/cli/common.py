@@ -1,4 +1,4 @@
-"""Options that several commands share, and the consoles they write to."""
+"""Options that several commands share, the consoles they write to, and a run's first lines."""
 
 import os
 import sys
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 WorkspaceOption = Annotated[
     Path | None,
     typer.Option("--workspace", metavar="DIR", help="The folder that holds this home's knowledge."),
+]
+AnswersOption = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
 ]
 DomainOption = Annotated[
     str | None, typer.Option("--domain", metavar="NAME", help="The domain, such as kitchen.")

@@ -1,11 +1,11 @@
 """`adaptbot pending`: the questions that runs have left open, and their answers."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from adaptbot_cli.cli.common import (
+    AnswersOption,
     DomainOption,
     JsonOption,
     WorkspaceOption,
@@ -88,9 +88,7 @@ def _questions(pending: "list[Pending] | Any") -> list[dict[str, Any]]:
 
 @app.command("answer")
 def answer_pending(
-    answers: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
-    ] = None,
+    answers: AnswersOption = None,
     domain: DomainOption = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,

@@ -10,6 +10,7 @@ import typer
 
 from adaptbot_cli.cli.common import (
     ActTimeoutOption,
+    AnswersOption,
     ApiBaseOption,
     DomainOption,
     JsonOption,
@@ -95,9 +96,7 @@ def run(
         typer.Option(min=0, max=20, metavar="N", help="How often to re-prompt at most (F_max)."),
     ] = None,
     no_human: Annotated[bool, typer.Option("--no-human", help="Ask nobody.")] = False,
-    answers: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
-    ] = None,
+    answers: AnswersOption = None,
     requires: RequiresOption = None,
     without: WithoutOption = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing.")] = False,

@@ -1,4 +1,4 @@
-"""`adaptbot runs`: what was run here, the newest first."""
+"""`adaptbot runs`, `replay`, `progress`, `resume`: what was run here."""
 
 from pathlib import Path
 from typing import Annotated, Any

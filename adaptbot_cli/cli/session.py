@@ -1,7 +1,7 @@
 """`adaptbot` without arguments, at a terminal: one thing after the other, in one process.
 
-Every line is a command of the command line, by a shorter name, or a task. What was read once (the
-graph, the word knowledge, the plan library) stays read, so the second task starts at once.
+Every line is a command of the command line, by a shorter name, or a task. The pack and the word
+knowledge that one line has read serve the next.
 """
 
 import shlex
@@ -53,8 +53,8 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
             return
         words = _words(line)
         if line in ("help", "?"):
-            for typed, what in _HELP:
-                out.print(f"  {typed:<26} {what}", markup=False, highlight=False)
+            for phrase, what in _HELP:
+                out.print(f"  {phrase:<26} {what}", markup=False, highlight=False)
         elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():
             domain = words[1]
         elif words:

@@ -1,4 +1,5 @@
-"""Executing a checked plan in a world, step by step (Algorithm 1, execute)."""
+"""Executing a checked plan in a world, step by step (Algorithm 1, execute); what to ask the person
+about a step that failed."""
 
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What to ask the person next (paper, III-C)."""
+"""What to ask the person next, and what stands on one form (paper, III-C)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,5 @@
-"""What changed between two versions of a home's knowledge, fact by fact and by name."""
+"""What changed between two versions of a home's knowledge, by fact and by name; what retracting a
+fact takes with it; how a workspace stands."""
 
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Mapping, Sequence

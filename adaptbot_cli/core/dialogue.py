@@ -1,4 +1,5 @@
-"""The dialogue with the person: what is asked together, offered, settled and reviewed (III-C)."""
+"""The dialogue with the person: readings and goals to confirm, questions, offers, contradictions,
+changes of the plan, the review (paper, III-C)."""
 
 from collections.abc import Callable, Generator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Names in a pack's domain, actions and tasks that nothing bears.
+"""Lint for packs: names in the domain, actions and tasks that nothing bears.
 
 What a task names and this home lacks is worth a hint, no fault: a run of the task asks about it.
 """

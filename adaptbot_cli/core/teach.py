@@ -1,4 +1,4 @@
-"""What an answer teaches (paper, III-C)."""
+"""What an answer teaches, and what known facts it contradicts (paper, III-C)."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The small vocabulary in which a domain pack tells the tool about its data."""
+"""The vocabulary of domain packs, RDF terms as this program uses them, and its datatypes."""
 
 from collections.abc import Hashable, Mapping
 from functools import lru_cache

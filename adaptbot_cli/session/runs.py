@@ -1,4 +1,4 @@
-"""The runs of a workspace, from their transcripts."""
+"""The runs of a workspace, from their transcripts: listed, found, traced again, gone on with."""
 
 import json
 from collections.abc import Mapping

@@ -106,8 +106,8 @@ class Served:
         from adaptbot_cli.adapters.store.trailers import compose
 
         held = self._held()
-        ours, theirs = self._facts(held), fetched.facts
-        base = self._base(fetched)
+        here, theirs = self._facts(held), fetched.facts
+        ours, base = here, self._base(fetched)
         if fetched.scope is not None:
             ours, base = (_within(facts, fetched.scope) for facts in (ours, base))
         for triple in sorted(fetched.doubled - ours):
@@ -126,11 +126,11 @@ class Served:
                 came.open.append(self.asked[key][1])
             return self.asked[key][0]
 
-        rest = self._facts(held) - ours
+        rest = here - ours
         facts = agreed(held, Merge(base | rest, ours | rest, theirs | rest), ask, _refuse)
         if facts is None:
             return came
-        came.came = Delta((ours | rest) - facts, facts - ours - rest)
+        came.came = Delta(here - facts, facts - here)
         if came.came:
             found = self._told(self.shared.behind(came.came), came.came)
             trailers = [("Source", "pull"), ("Remote", self.shared.endpoint.url), *found]
@@ -156,6 +156,7 @@ class Served:
     def _base(self, fetched: "Fetched") -> Facts:
         """What both sides have in common. At first: what the workspace began with, unless the
         server is empty still."""
+        from adaptbot_cli.adapters.store.keeper import Held
         from adaptbot_cli.adapters.store.versions import Versions
 
         if self.shadow.facts is not None:
@@ -164,8 +165,6 @@ class Served:
             return _NONE
         versions = Versions(self.home.domain, self.shadow.repo)
         first = [commit.sha for commit in self.shadow.repo.log([versions.folder])][-1]
-        from adaptbot_cli.adapters.store.keeper import Held
-
         return self._facts(Held.of(versions.files(first), versions.folder))
 
     # ------------------------------------------------------------------------------------- push

@@ -1,4 +1,4 @@
-"""Everything that is wrong with the knowledge: where it stands, what caused it, what to do."""
+"""How a workspace stands, and everything that is wrong with its knowledge or a pack."""
 
 import re
 from collections.abc import Sequence

@@ -19,6 +19,7 @@ from adaptbot_cli.session import Request, build, replay
 from adaptbot_cli.session.graphs import load
 from adaptbot_cli.workspace import Workspace, find
 from tests import loopback as server
+from tests.bench.synthetic import PLAN as TEA
 from tests.cli.attended import tty
 from tests.cli.command import Home
 from tests.loopback import Answer, Loopback, refuses, says, serving, shows
@@ -28,21 +29,6 @@ PLAN = """\
 pick_up_obj("egg")
 put_down_obj("egg", "bowl")
 sprinkle("truffle", "bowl")
-"""
-TEA = """\
-pick_up_rec("pot")
-put_down_rec("pot", "stove")
-pick_up_obj("water")
-pour_contents("water", "pot")
-switch("stove", "on")
-boil("water", "pot")
-pick_up_obj("tea")
-put_down_obj("tea", "pot")
-wait(3)
-switch("stove", "off")
-pick_up_rec("cup")
-put_down_rec("cup", "table")
-pour_contents("pot", "cup")
 """
 TRUFFLE = "truffle: {existence: exists, kind: object, obj_location: fridge}\n"
 

@@ -3,9 +3,9 @@
 import queue
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 LONGEST = 100_000
 """More characters than any plan has: an answer is read no further."""
@@ -17,12 +17,6 @@ class TooSlow(Exception):
 
 class TooLong(Exception):
     """The answer goes on and on."""
-
-
-class Pieces(Protocol):
-    """What litellm streams: its chunks."""
-
-    def __iter__(self) -> Iterator[Any]: ...
 
 
 @dataclass(slots=True)

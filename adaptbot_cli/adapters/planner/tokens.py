@@ -1,4 +1,4 @@
-"""Counts tokens as a model's own tokenizer does, without a network."""
+"""Counts tokens as a model's own tokenizer does, without a network; recorded answers, counted."""
 
 import os
 from collections.abc import Iterable, Sequence

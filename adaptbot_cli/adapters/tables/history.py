@@ -1,4 +1,4 @@
-"""Who taught what and when, for the terminal."""
+"""Who taught what and when, and what a change comes to, for the terminal."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""Tables of the knowledge graph for the terminal."""
+"""Tables of things, actions and tasks for the terminal, and the cells all tables share."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any

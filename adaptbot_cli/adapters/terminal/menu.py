@@ -3,6 +3,7 @@
 A menu has no terminal: it says what is drawn and what a key or, in the plain face, a line leads to.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from textwrap import wrap
@@ -32,7 +33,7 @@ class Row:
 
 
 @dataclass
-class Menu:
+class Menu(ABC):
     """A question (`text`), rows of which one is pointed at, and keys.
 
     `back` is what Esc leads to, in a word, "" if to nothing. Subclasses say what the rows are and
@@ -46,13 +47,13 @@ class Menu:
     note: str = field(default="", init=False)
     helping: bool = field(default=False, init=False)
 
+    @abstractmethod
     def rows(self) -> Sequence[Row]:
         """Return what can be pointed at."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pressed(self, key: str) -> Any:
         """Return the answer that a key gives, `OPEN` if none yet."""
-        raise NotImplementedError
 
     def hint(self) -> str:
         """Return the keys that stand beside the question."""

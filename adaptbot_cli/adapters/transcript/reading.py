@@ -1,4 +1,4 @@
-"""Reads transcripts, whole ones and those of runs that were cut off."""
+"""Reads transcripts: whole ones, those of runs that were cut off, and what these left open."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Set

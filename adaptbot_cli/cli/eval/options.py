@@ -1,4 +1,4 @@
-"""The options that the commands which run experiments share."""
+"""What the commands that run experiments share: options, and carrying an experiment out."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""`adaptbot eval FILE`: run the paper's experiment on recordings, or live."""
+"""`adaptbot eval FILE` and `eval published`: the paper's experiment on recordings, or live."""
 
 import os
 from pathlib import Path

@@ -1,11 +1,11 @@
 """`adaptbot kg add`, `retract`, `revert`: teaching and taking back, without a task."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from adaptbot_cli.cli.common import (
+    AnswersOption,
     DomainOption,
     JsonOption,
     WorkspaceOption,
@@ -120,9 +120,7 @@ def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
 
 def add(
     name: Annotated[str, typer.Argument(metavar="NAME", help="What there is in this home.")],
-    answers: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
-    ] = None,
+    answers: AnswersOption = None,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
     domain: DomainOption = None,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from adaptbot_cli.cli.common import (
+    AnswersOption,
     DomainOption,
     JsonOption,
     WorkspaceOption,
@@ -28,9 +29,7 @@ def sync(
     remote: Annotated[
         str, typer.Argument(metavar="REMOTE", help="A git address, folder, or remote's name.")
     ],
-    answers: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
-    ] = None,
+    answers: AnswersOption = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -70,9 +69,7 @@ def pull(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME…]", help="Only these; else everything.")
     ] = None,
-    answers: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
-    ] = None,
+    answers: AnswersOption = None,
     domain: DomainOption = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
@@ -83,9 +80,7 @@ def pull(
 
 
 def push(
-    answers: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
-    ] = None,
+    answers: AnswersOption = None,
     domain: DomainOption = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,

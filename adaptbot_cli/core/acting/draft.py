@@ -1,4 +1,4 @@
-"""An action as far as a person has described it."""
+"""An action as far as a person has described it, in words and as the triples of actions.ttl."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The parts of a new action, put together by one pick after the other."""
+"""The parts of a new action: what can be picked, and what each pick makes of the draft."""
 
 from collections import Counter
 from collections.abc import Generator, Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Reads actions.ttl: parameters, requirements, effects."""
+"""Reads actions.ttl: parameters, requirements, effects, and slips in the queries of these."""
 
 import re
 from collections import Counter
