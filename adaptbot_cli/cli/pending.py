@@ -38,7 +38,7 @@ def pending(
         return
     from adaptbot_cli.adapters.tables.questions import listing
     from adaptbot_cli.session.pending import find_open
-    from adaptbot_cli.session.syncing import disputes
+    from adaptbot_cli.session.sync import disputes
 
     home = workspace(workspace_dir)
     found = find_open(home, domain_name(domain, home))

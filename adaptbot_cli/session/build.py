@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Finding
     from adaptbot_cli.core.request import Reading
-    from adaptbot_cli.session.serving import Sharing
+    from adaptbot_cli.session.exchange import Sharing
 
 
 REHEARSAL, EXEC = "rehearsal", "exec:"
@@ -229,8 +229,8 @@ def _sharing(
     is fetched."""
     if not os.environ.get("ADAPTBOT_KG_ENDPOINT") and "kg.endpoint" not in workspace.settings:
         return None
+    from adaptbot_cli.session.exchange import Served, Sharing
     from adaptbot_cli.session.knowledge import Home
-    from adaptbot_cli.session.serving import Served, Sharing
 
     def tell(text: str) -> None:
         console.print(f"! {text}", style="yellow", markup=False, soft_wrap=True)

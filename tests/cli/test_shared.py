@@ -17,10 +17,10 @@ from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.change import commit
+from adaptbot_cli.session.exchange import Served
 from adaptbot_cli.session.knowledge import Home as Known
 from adaptbot_cli.session.knowledge import why
 from adaptbot_cli.session.queries import update
-from adaptbot_cli.session.serving import Served
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import begun, ex, item, keeper
 from tests.cli.command import Home

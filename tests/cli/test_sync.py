@@ -18,7 +18,7 @@ import pytest
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.syncing import sync
+from adaptbot_cli.session.sync import sync
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import files, keeper, leek
 from tests.cli.command import Home

@@ -20,7 +20,7 @@ from adaptbot_cli.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from adaptbot_cli.session.serving import Exchange, Served
+    from adaptbot_cli.session.exchange import Exchange, Served
 
 STILL_OPEN = 3
 
@@ -40,7 +40,7 @@ def sync(
     """
     from adaptbot_cli.errors import Interrupted
     from adaptbot_cli.session.build import Request, human_of
-    from adaptbot_cli.session.syncing import sync as synced
+    from adaptbot_cli.session.sync import sync as synced
 
     human = human_of(Request("", "", answers=answers), terminal())
     try:
@@ -91,7 +91,7 @@ def push(
 
 def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None) -> "Served":
     from adaptbot_cli.session.build import Request, human_of
-    from adaptbot_cli.session.serving import Served
+    from adaptbot_cli.session.exchange import Served
 
     home = home_of(workspace_dir, domain)
     note_ignored(home.workspace)

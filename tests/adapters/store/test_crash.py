@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.session import change, packs, queries, syncing, teach
+from adaptbot_cli.session import change, packs, queries, sync, teach
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
@@ -79,7 +79,7 @@ def new(root: Path) -> None:
 
 
 def share(root: Path) -> None:
-    syncing.sync(Workspace(root), str(root.parent / "hub.git"), AbsentHuman())
+    sync.sync(Workspace(root), str(root.parent / "hub.git"), AbsentHuman())
 
 
 VERBS: list[tuple[Callable[[Path], None], bool]] = [
@@ -99,7 +99,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     # What another home has shared.
     pygit2.init_repository(str(top / "hub.git"), bare=True, initial_head="main")
     keeper(top / "other").keep(item("turnip", "fridge"))
-    syncing.sync(Workspace(top / "other"), str(top / "hub.git"), AbsentHuman())
+    sync.sync(Workspace(top / "other"), str(top / "hub.git"), AbsentHuman())
     for number in range(256):  # git makes each on its first use: then no two commits step alike
         (top / f"home/.git/objects/{number:02x}").mkdir(exist_ok=True)
     return top

@@ -102,7 +102,7 @@ class Served:
         return self._merge(self.shared.about(things, named, kinds))
 
     def _merge(self, fetched: "Fetched") -> Exchange:
-        from adaptbot_cli.adapters.store.merging import agreed
+        from adaptbot_cli.adapters.store.merger import agreed
         from adaptbot_cli.adapters.store.trailers import compose
 
         held = self._held()

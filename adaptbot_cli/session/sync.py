@@ -17,7 +17,7 @@ from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.merging import Dispute
+    from adaptbot_cli.adapters.store.merger import Dispute
     from adaptbot_cli.core.questions import Question
 
 TRIES = 10
@@ -86,7 +86,7 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
         KnowledgeError: it cannot be reached, or holds what cannot be taken; nothing has changed.
     """
     from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.merging import Merger
+    from adaptbot_cli.adapters.store.merger import Merger
     from adaptbot_cli.adapters.store.remote import Remote
     from adaptbot_cli.adapters.store.trailers import compose, of_lessons
 
@@ -138,7 +138,7 @@ def disputes(workspace: Workspace, domain: str) -> "tuple[str, list[Question]]":
     """Return the remote that was last fetched and the questions of a domain that its merge waits
     for. Raises KnowledgeError."""
     from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.merging import Merger
+    from adaptbot_cli.adapters.store.merger import Merger
     from adaptbot_cli.adapters.store.remote import last_fetched
 
     repo = Repo.open(workspace.root) if workspace.root.is_dir() else None
