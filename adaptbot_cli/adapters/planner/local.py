@@ -155,7 +155,7 @@ class Board:
 
         how = self.asking(Asking())
         asked = {"prompt": _SAMPLE, "max_tokens": 24, "temperature": 0, "stream": True}
-        came, tokens = [time.monotonic()], 0
+        came = [time.monotonic()]
         try:
             with httpx.stream(
                 "POST",
