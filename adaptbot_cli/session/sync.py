@@ -118,7 +118,7 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
                 repo.commit(contents, message, started(), merging=theirs)
             notes = tuple(merger.notes)
         head = repo.head()
-        if head is None or head == theirs or link.push(branch, head):
+        if head is None or head == theirs or link.push(branch, head, theirs):
             lessons = tuple(lesson for side, lesson in table.lessons.values() if side)
             return Synced(before, head, head not in (None, theirs), (), lessons, notes)
     raise KnowledgeError(

@@ -16,6 +16,7 @@ import pygit2
 import pytest
 
 from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.remote import Remote
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.sync import sync
@@ -318,3 +319,21 @@ def test_a_password_comes_from_the_environment_and_is_never_shown(
         ended = ann.adaptbot("kg", "sync", url, **right)
         assert ended.code == 0, ended.said
     assert git(hub, "rev-parse", "main") == state(ann)[0]
+
+
+def test_what_was_pushed_between_the_look_and_the_push_is_not_pushed_over(
+    homes: Callable[[str], Home], hub: Path
+) -> None:
+    ann, bob = homes("ann"), homes("bob")
+    update(bob, NEW.format("chard"))
+    repo = Repo.open_or_init(bob.workspace)
+    link = Remote.of(repo, str(hub))
+    branch, seen = link.fetch()
+    update(ann, NEW.format("leek"))
+    assert ann.adaptbot("kg", "sync", str(hub)).code == 0
+    there, ours = git(hub, "rev-parse", "main"), repo.head()
+    assert seen is None and ours
+    assert not link.push(branch, ours, seen)
+    assert git(hub, "for-each-ref", "--format=%(objectname) %(refname)") == f"{there} {branch}"
+    assert bob.adaptbot("kg", "sync", str(hub)).code == 0
+    git(hub, "merge-base", "--is-ancestor", there, "main")

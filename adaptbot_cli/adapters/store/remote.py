@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
+from uuid import uuid4
 
 import pygit2
 
@@ -82,16 +83,25 @@ class Remote:
         self.repo.cache(_STATE, json.dumps({"remote": self.name}).encode())
         return branch, self.repo.reference(REF)
 
-    def push(self, branch: str, sha: str) -> bool:
-        """Let the remote's branch follow to a commit; False if it has moved meanwhile.
+    def push(self, branch: str, sha: str, seen: str | None) -> bool:
+        """Let the remote's branch follow from the commit `seen` there to another one; False if it
+        has moved meanwhile.
 
         Raises:
             KnowledgeError: it cannot be reached, or does not take what is pushed.
         """
         answers = _Callbacks(self.url)
+        folder = Path(self.url.removeprefix("file://"))
+        target = f"refs/adaptbot/incoming/{uuid4().hex}" if folder.is_dir() else branch
         with self._talking("pushed to") as link:
             try:
-                link.push([f"{self.repo.branch}:{branch}"], callbacks=answers)
+                link.push([f"{self.repo.branch}:{target}"], callbacks=answers)
+                if (
+                    target != branch
+                    and not answers.refused
+                    and not _moved(folder, branch, seen, target)
+                ):
+                    return False
             except pygit2.GitError as error:
                 if not any(word in str(error).lower() for word in _MOVED):
                     raise
@@ -123,6 +133,24 @@ _MOVED: Final = ("non-fast", "nonfast", "fetch first", "cannot lock", "failed to
                  "already exists", "incorrect old value", "stale info", "not present locally",
                  "failed to update")  # fmt: skip
 """What the sides say of a push that comes after another one."""
+
+
+def _moved(folder: Path, branch: str, seen: str | None, incoming: str) -> bool:
+    """Move a branch of a repository on this machine to what came in, if it is still where it was
+    seen. A server compares and moves at once; libgit2 on a folder compares first and moves later,
+    and what somebody else pushed in between would be lost."""
+    there = pygit2.Repository(str(folder))
+    came = there.references[incoming].target
+    try:
+        with there.transaction() as moving:
+            moving.lock_ref(branch)
+            now = there.references.get(branch)
+            if (str(now.target) if now else None) != seen:
+                return False
+            moving.set_target(branch, came)
+    finally:
+        there.references.delete(incoming)
+    return True
 
 
 def last_fetched(repo: Repo) -> tuple[str, str] | None:
