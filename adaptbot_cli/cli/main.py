@@ -14,7 +14,19 @@ import typer
 from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import check, doctor, domain, export, kg, pending, run, runs, trust, world
+from adaptbot_cli.cli import (
+    check,
+    doctor,
+    domain,
+    export,
+    kg,
+    pending,
+    plans,
+    run,
+    runs,
+    trust,
+    world,
+)
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.cli.kg.changing import undo
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError, UsageError
@@ -62,6 +74,7 @@ app.command("trust")(trust.trust)
 app.command("runs")(runs.runs)
 app.command("undo")(undo)
 app.add_typer(pending.app, name="pending")
+app.add_typer(plans.app, name="plans")
 app.add_typer(kg.app, name="kg")
 app.add_typer(domain.app, name="domain")
 app.add_typer(world.app, name="world")
