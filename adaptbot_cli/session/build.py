@@ -197,7 +197,7 @@ def build(
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if chosen.model is None else request.replans
-        if any(find(task, kept) for task in read(request.task).tasks):
+        if kept and any(find(task, kept) for task in read(request.task).tasks):
             planner = KeptFirst(kept, planner, chosen.model is not None)
             replans = replans or 1  # if it no longer serves, the other planner is asked after all
         session = Session(request, kg, read, nobody, planner.name, screen, replans)

@@ -6,19 +6,19 @@ workspace's: it lies where only the user writes, and what is taken from there is
 """
 
 import hashlib
-import os
 import pickle
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
-from adaptbot_cli import core
+from adaptbot_cli import cache, core
 from adaptbot_cli.core import domain, plan
 from adaptbot_cli.core.domain import Domain
 
+_KIND: Final = "domains"
 _MOST: Final = 32
 """How many domains are kept; those longest unused go."""
 
@@ -33,23 +33,15 @@ def kept(files: tuple[bytes, ...], read: Callable[[], Read]) -> Read:
 
     Raises what `read` raises: nothing is kept of a pack with faults.
     """
-    path = _folder() / _key(files)
-    with suppress(OSError, ValueError, TypeError, AttributeError, EOFError, pickle.PickleError):
-        if path.stat().st_uid == os.getuid():
-            found: Read = _Values(BytesIO(path.read_bytes())).load()
-            if isinstance(found[0], Domain):
-                os.utime(path)
-                return found
+    key = _key(files)
+    data = cache.read(_KIND, key)
+    with suppress(ValueError, TypeError, AttributeError, EOFError, pickle.PickleError):
+        found: Read = _Values(BytesIO(data or b"")).load()
+        if isinstance(found[0], Domain):
+            return found
     read_now = read()
-    with suppress(OSError):  # a disk that is full or read-only costs time, nothing else
-        _keep(path, pickle.dumps(read_now, protocol=5))
+    cache.write(_KIND, key, pickle.dumps(read_now, protocol=5), _MOST)
     return read_now
-
-
-def _folder() -> Path:
-    from platformdirs import user_cache_path
-
-    return user_cache_path("adaptbot", appauthor=False) / "domains"
 
 
 def _key(files: tuple[bytes, ...]) -> str:
@@ -65,19 +57,6 @@ def _program() -> str:
     """What tells one version of the code that reads packs from another."""
     found = (p for top in core.__path__ for p in sorted(Path(top).rglob("*.py")))
     return "\n".join(f"{p} {p.stat().st_mtime_ns} {p.stat().st_size}" for p in found)
-
-
-def _keep(path: Path, data: bytes) -> None:
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    new = path.with_name(f"{path.name}.{os.getpid()}")
-    new.write_bytes(data)
-    new.replace(path)
-    for old in list(_by_use(path.parent))[:-_MOST]:
-        old.unlink(missing_ok=True)
-
-
-def _by_use(folder: Path) -> Iterator[Path]:
-    yield from sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime)
 
 
 class _Values(pickle.Unpickler):
