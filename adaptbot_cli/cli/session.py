@@ -11,6 +11,7 @@ from typing import Any
 
 SHORT = {
     "teach": ("kg", "add"),
+    "set": ("kg", "set"),
     "show": ("kg", "show"),
     "why": ("kg", "why"),
     "log": ("kg", "log"),
@@ -23,6 +24,7 @@ _HELP = (
     ("make omelette", "any task, in your own words"),
     ("plan TASK", "plan it, and keep nothing"),
     ("teach THING", "tell what there is, where it is kept and what is true of it"),
+    ("set THING PROPERTY VALUE", "say what is true of it now: set egg place cabinet"),
     ("show, show NAME", "what is known: all, one thing, place, action or task"),
     ("why NAME", "who taught it"),
     ("log", "what was taught, newest first"),

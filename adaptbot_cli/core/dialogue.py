@@ -132,7 +132,7 @@ def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[
     """Say what is known of what is asked all the same, and where it comes from."""
     origins = yield Trace(tuple(teach.short(fact) for fact in facts))
     return [
-        f"the graph says: {teach.in_words(fact, run.scene)}{f' ({origin})' if origin else ''}"
+        f"the graph says: {teach.in_words(fact, run.kg)}{f' ({origin})' if origin else ''}"
         for fact, origin in zip(facts, [*(origins or ()), *[""] * len(facts)], strict=False)
     ]
 

@@ -16,6 +16,7 @@ from adaptbot_cli.core.asking import (
 )
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Kind
+from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import ABSENT, EXISTS, NEW, OLD, Answer, Choice, Key, Question
@@ -272,7 +273,7 @@ def which_stands(
     scene: Scene,
 ) -> Question:
     """Return the question which of two facts stands; `origins` say where the old ones come from."""
-    lines = [in_words(fact, scene) for fact in old]
+    lines = [in_words(fact, scene.kg) for fact in old]
     from_here = {fact for before in learned for fact in before.delta.added}
     sources = [
         "you said so in this run" if fact in from_here else origin
@@ -316,16 +317,16 @@ def corrected(lesson: Lesson, doubted: Sequence[Triple], scene: Scene) -> Lesson
     return settled(lesson, old, scene) if old else None
 
 
-def in_words(fact: Triple, scene: Scene) -> str:
+def in_words(fact: Triple, kg: Kg) -> str:
     """Write a fact as people say it: "papaya: sliceable, no"."""
     subject, predicate, value = fact
     if predicate in (AB.absentItem, AB.absentAction):
         return f"there is no {str(value).replace('_', ' ')} here"
-    prop = scene.domain.properties.get(predicate)  # type: ignore[call-overload]
+    prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
     label = prop.label if prop else local(predicate)
     words: dict[Node, str] = {TRUE: "yes", FALSE: "no"}
-    shown = words.get(value) or (scene.kg.name(value) if isinstance(value, URIRef) else str(value))
-    name = scene.kg.name(subject)
+    shown = words.get(value) or (kg.name(value) if isinstance(value, URIRef) else str(value))
+    name = kg.name(subject)
     return f"{name.replace('_', ' ')}: {label} {shown.replace('_', ' ')}"
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import Changes, Known, Words, about, following, taken_back
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.questions import UNKNOWN
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.build import person
@@ -213,6 +214,41 @@ def revert_answer(home: Home, answer: str) -> ProposedChange:
     delta = taken_back(delta, Known(home.kg.domain, home.facts))
     trailers = (("Source", "revert"), ("Reverts", commit.sha), ("Takes-back", answer))
     return ProposedChange(delta, f"take back: the answer to {question}", trailers)
+
+
+def put(home: Home, name: str, prop: str, value: str) -> ProposedChange:
+    """Propose a value for a property of a thing in place of what is known, as a person's answer.
+
+    `prop` is its label or short name; `value` yes or no, a place, a number or a text.
+
+    Raises:
+        UsageError: there is no such thing, property or value.
+    """
+    from adaptbot_cli.adapters.store.trailers import of_lessons
+    from adaptbot_cli.core.learning import Lesson, attribute, attribute_question, attribute_value
+    from adaptbot_cli.core.questions import Answer
+    from adaptbot_cli.core.teach import in_words
+    from adaptbot_cli.session.build import stamp
+
+    kg, thing = home.kg, _thing(home, name)
+    asked = [p for p in kg.domain.properties.values() if kg.is_a(thing, [p.domain])]  # type: ignore[arg-type]
+    found = next((p for p in asked if called(prop, p.iri, home.words)), None)
+    if found is None:
+        labels = sorted(p.label for p in asked)
+        known = ", ".join(nearest(prop, labels) or labels)
+        raise UsageError(f"{name} has no property {prop}; it has {known}")
+    question = attribute_question(kg, normal(kg.name(thing)), found, "")  # type: ignore[arg-type]
+    answer = Answer({"true": "yes", "false": "no"}.get(normal(value), value), person(), stamp())
+    term = attribute_value(kg, found, answer.value)
+    if term is None:
+        labels = [choice.label for choice in question.choices if choice.value != UNKNOWN]
+        choices = nearest(value, labels) or labels
+        what = ", ".join(choices) or f"a {question.number or 'text'}"
+        raise UsageError(f'{found.label} of {name} cannot be "{value}"; it may be: {what}')
+    delta = attribute(kg, thing, found, term)  # type: ignore[arg-type]
+    sentence = in_words((thing, found.iri, term), kg)  # type: ignore[arg-type]
+    lesson = Lesson(delta, question, answer, sentence)
+    return ProposedChange(delta, f"learn: {sentence}", tuple(of_lessons([lesson])))
 
 
 def retract(home: Home, name: str, prop: str = "", value: str = "") -> ProposedChange:

@@ -405,3 +405,34 @@ def test_an_answer_is_reverted_by_its_id_alone(fresh: Fresh, taught: Home) -> No
 def test_the_log_names_no_planner_where_there_was_none(taught: Home) -> None:
     told = taught.adaptbot("kg", "log", "leek").said
     assert "add leek" in told and "· none" not in told
+
+
+def test_what_is_true_now_is_said_in_a_line_and_kept_as_an_answer(home: Home) -> None:
+    ended = home.adaptbot("kg", "set", "egg", "place", "cabinet", "--yes")
+    assert ended.code == 0 and "place fridge → cabinet" in ended.said
+    assert home.adaptbot("kg", "show", "egg", "--json").json()["place"] == "cabinet"
+    assert home.trailers()["Question-1"] == ['Where is "egg" kept?']
+    ended = home.adaptbot("kg", "set", "egg", "sliceable", "false", "--yes", "--json")
+    assert {plan["after"] for plan in ended.json()["plans"]} == {"findings"}
+    assert "it is so already" in home.adaptbot("kg", "set", "egg", "sliceable", "no").said
+    for _ in range(2):
+        assert home.adaptbot("undo", "--yes").code == 0
+    egg = home.adaptbot("kg", "show", "egg", "--json").json()
+    assert egg["place"] == "fridge" and egg["attributes"]["IsSliceable"] is True
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("egg", "place", "nowhere"), "it may be: fridge"),
+        (("egg", "sliceabl", "no"), "egg has no property sliceabl; it has sliceable"),
+        (("egg", "sliceable", "maybe"), 'sliceable of egg cannot be "maybe"; it may be: yes, no'),
+        (("unicorn", "place", "sink"), "nothing is called unicorn"),
+        (("egg", "place", "egg"), 'place of egg cannot be "egg"'),
+    ],
+)
+def test_what_cannot_be_true_is_told_with_what_can(
+    home: Home, words: tuple[str, ...], told: str
+) -> None:
+    ended = home.adaptbot("kg", "set", *words, "--yes")
+    assert ended.code == 2 and told in ended.said

@@ -46,7 +46,7 @@ def carry_out(
     if proposal.delta:
         out.print(preview(proposal.changes, words))
     else:
-        out.print(Text("nothing would change: there is nothing left of it", "dim"))
+        out.print(Text("nothing would change: it is so already", "dim"))
     for note in proposal.notes:
         out.print(Text("! ", "yellow") + cell(note))
     if more is not None:

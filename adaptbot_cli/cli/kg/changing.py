@@ -1,4 +1,4 @@
-"""`adaptbot kg add`, `retract`, `revert`: teaching and taking back, without a task."""
+"""`adaptbot kg add`, `set`, `retract`, `revert`: teaching and taking back, without a task."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +21,23 @@ if TYPE_CHECKING:
     from adaptbot_cli.session.knowledge import Home
 
 
+def put(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing of this home.")],
+    prop: Annotated[str, typer.Argument(metavar="PROPERTY", help="What of it, such as place.")],
+    value: Annotated[str, typer.Argument(metavar="VALUE", help="yes, no, a place, a number …")],
+    yes: YesOption = False,
+    dry_run: DryRunOption = False,
+    domain: DomainOption = None,
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> int:
+    """Say what is true of a thing, in place of what is known: kg set egg place cabinet."""
+    from adaptbot_cli.session import change
+
+    home = home_of(workspace_dir, domain)
+    return _with_verdicts(home, change.put(home, name, prop, value), yes, dry_run, json)
+
+
 def retract(
     name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, another name, an absence.")],
     prop: Annotated[str, typer.Argument(metavar="[PROPERTY]", help="Only this fact of it.")] = "",
@@ -37,7 +54,7 @@ def retract(
     from adaptbot_cli.session import change
 
     home = home_of(workspace_dir, domain)
-    return _taken_back(home, change.retract(home, name, prop, value), yes, dry_run, json)
+    return _with_verdicts(home, change.retract(home, name, prop, value), yes, dry_run, json)
 
 
 def revert(
@@ -69,13 +86,13 @@ def revert(
         proposal = change.revert_answer(home, answer)
     else:
         proposal = change.revert(home, str(revision))
-    return _taken_back(home, proposal, yes, dry_run, json)
+    return _with_verdicts(home, proposal, yes, dry_run, json)
 
 
-def _taken_back(
+def _with_verdicts(
     home: "Home", proposal: "ProposedChange", yes: bool, dry_run: bool, json: bool
 ) -> int:
-    """Carry out that something is taken back; name the plans that are judged otherwise then."""
+    """Carry out a change; name the plans that are judged otherwise then."""
     from adaptbot_cli.adapters.tables.history import verdicts
     from adaptbot_cli.session import change
 
@@ -108,7 +125,7 @@ def undo(
 
     home = home_of(workspace_dir, domain)
     if suggestions:
-        return _taken_back(home, change.suggestions(home), yes, dry_run, json)
+        return _with_verdicts(home, change.suggestions(home), yes, dry_run, json)
     plan = change.last_plan(home)
     if plan is not None:
         return _plan_taken_back(home, plan, yes, dry_run, json)
