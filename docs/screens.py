@@ -1,11 +1,16 @@
-"""Draw the pictures of the README: `python docs/screens.py`."""
+"""Draw the pictures of the documentation: `python docs/screens.py`. Dialogues need tmux."""
 
 import io
+import os
+import subprocess
+import sys
 import tempfile
+import time
 from pathlib import Path
 
 from rich.console import Console
 from rich.terminal_theme import TerminalTheme
+from rich.text import Text
 
 from adaptbot_cli.cli.common import show_opening
 from adaptbot_cli.session import Request, build
@@ -52,7 +57,46 @@ def draw(name: str, task: str, answers: str, width: int, world: str | None = Non
         (HERE / f"{name}.svg").write_text(picture, encoding="utf-8")
 
 
+def record(name: str, task: str, keys: tuple[str, ...], width: int, lines: int) -> None:
+    """Run a task in a real terminal, type keys, each once a question is there, and draw the last
+    lines of what stands on it then."""
+
+    def tmux(*arguments: str) -> str:
+        command = ["tmux", "-L", "adaptbot-screens", *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+    with tempfile.TemporaryDirectory() as folder:
+        variables = (
+            f"HOME={folder}",
+            f"ADAPTBOT_WORKSPACE={folder}/home",
+            "ADAPTBOT_MODEL=library",
+        )
+        entry = f"{Path(sys.executable).parent / 'adaptbot'} run '{task}'"
+        shell = f"env -i {' '.join(variables)} PATH={os.environ['PATH']} TERM=tmux-256color {entry}"
+        tmux("new-session", "-d", "-x", str(width), "-y", "60", shell)
+        try:
+            for key in (*keys, ""):
+                before, screen = "", tmux("capture-pane", "-p", "-e")
+                while screen != before or "?: keys" not in screen:
+                    time.sleep(1)
+                    before, screen = screen, tmux("capture-pane", "-p", "-e")
+                if key:
+                    tmux("send-keys", key)
+                    time.sleep(1)
+        finally:
+            tmux("kill-server")
+    console = Console(
+        record=True, width=width, file=io.StringIO(), force_terminal=True, color_system="standard"
+    )
+    for line in screen.rstrip().splitlines()[-lines:]:
+        console.print(Text.from_ansi(line), soft_wrap=True)
+    picture = console.export_svg(title=f'adaptbot run "{task}"', theme=THEME, unique_id=name)
+    (HERE / f"{name}.svg").write_text(picture, encoding="utf-8")
+
+
 if __name__ == "__main__":
+    record("dialogue", "make omelette", ("y", "1"), 80, 30)
+    record("dialogue-wide", "make omelette", ("y", "1"), 140, 30)
     draw(
         "omelette",
         "make omelette",
