@@ -127,7 +127,7 @@ class Workspace:
             UsageError: there is no such domain.
             KnowledgeError: the files cannot be read.
         """
-        from adaptbot_cli.adapters.store.reading import read_files
+        from adaptbot_cli.adapters.store.files import read_files
 
         folder = self.folder(domain)
         return read_files(folder, self.root if folder.is_relative_to(self.root) else None)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -32,7 +33,12 @@ def check(
     requires: RequiresOption = None,
     without: WithoutOption = None,
     task: Annotated[
-        str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
+        str,
+        typer.Option(
+            metavar="TEXT",
+            help="The task, for its required items and goal.",
+            autocompletion=completion.tasks,
+        ),
     ] = "",
     no_repair: Annotated[
         bool,

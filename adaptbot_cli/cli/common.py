@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.core.visible import visible
 
 if TYPE_CHECKING:
@@ -27,16 +26,32 @@ AnswersOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
 ]
 DomainOption = Annotated[
-    str | None, typer.Option("--domain", metavar="NAME", help="The domain, such as kitchen.")
+    str | None,
+    typer.Option(
+        "--domain",
+        metavar="NAME",
+        help="The domain, such as kitchen.",
+        autocompletion=completion.domains,
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 RequiresOption = Annotated[
     str | None,
-    typer.Option("--requires", metavar="A,B,C", help="Items that the result must use."),
+    typer.Option(
+        "--requires",
+        metavar="A,B,C",
+        help="Items that the result must use.",
+        autocompletion=completion.things,
+    ),
 ]
 WithoutOption = Annotated[
     str | None,
-    typer.Option("--without", metavar="A,B,C", help="What must not be used, whatever the request."),
+    typer.Option(
+        "--without",
+        metavar="A,B,C",
+        help="What must not be used, whatever the request.",
+        autocompletion=completion.things,
+    ),
 ]
 KgOption = Annotated[
     list[Path] | None,
@@ -179,8 +194,10 @@ def escaped(json_text: str) -> str:
 _LONGEST = 300
 
 
-def show_opening(console: Console, task: str, domain: str, planner: str, why: str) -> None:
+def show_opening(console: "Console", task: str, domain: str, planner: str, why: str) -> None:
     """Print what is pursued, who plans, and why."""
+    from rich.text import Text
+
     planned = Text(visible(f"{planner} ({why})"), "dim")
     parts = [Text(visible(task), "bold"), Text(visible(domain)), planned]
     for part in parts:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     JsonOption,
     WorkspaceOption,
@@ -64,7 +65,12 @@ def _row(
 def new_domain(
     name: Annotated[str, typer.Argument(help="What to call it, such as post_room.")],
     like: Annotated[
-        str | None, typer.Option(metavar="DOMAIN", help="Copy this domain, not the starting pack.")
+        str | None,
+        typer.Option(
+            metavar="DOMAIN",
+            help="Copy this domain, not the starting pack.",
+            autocompletion=completion.domains,
+        ),
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:
@@ -115,7 +121,12 @@ def _made(made: "Started", home: "Workspace", name: str) -> None:
 @app.command("check")
 def check_domain(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="The domain; else the configured one.")
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            help="The domain; else the configured one.",
+            autocompletion=completion.domains,
+        ),
     ] = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
@@ -151,7 +162,9 @@ def check_domain(
 
 @app.command("docs")
 def domain_docs(
-    name: Annotated[str, typer.Argument(help="The domain to describe.")],
+    name: Annotated[
+        str, typer.Argument(help="The domain to describe.", autocompletion=completion.domains)
+    ],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write Markdown here.")
     ] = None,

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.check import read_plan
 from adaptbot_cli.cli.common import (
     DomainOption,
@@ -32,6 +33,7 @@ def export(
         typer.Argument(
             metavar="RUN|PLAN",
             help="A run by the beginning of its name or task, a file, or - for stdin.",
+            autocompletion=completion.runs,
         ),
     ] = "",
     form: Annotated[
@@ -41,7 +43,12 @@ def export(
         ),
     ] = ExportFormat.json,
     task: Annotated[
-        str, typer.Option(metavar="TEXT", help="The task of a plan, for its items and goal.")
+        str,
+        typer.Option(
+            metavar="TEXT",
+            help="The task of a plan, for its items and goal.",
+            autocompletion=completion.tasks,
+        ),
     ] = "",
     domain: DomainOption = None,
     output: Annotated[

@@ -34,7 +34,11 @@ class _Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command; whoever has begun with the task itself is told how to say it."""
-        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+        if (
+            args
+            and not (ctx.resilient_parsing or args[0].startswith("-"))
+            and self.get_command(ctx, args[0]) is None
+        ):
             near = difflib.get_close_matches(args[0], self.list_commands(ctx), 1)
             meant = f"did you mean adaptbot {near[0]}?" if near else ""
             task = " ".join(arg for arg in args if not arg.startswith("-"))
@@ -68,6 +72,10 @@ app.add_typer(world.app, name="world")
 app.add_typer(evaluate.app, name="eval")
 
 
+COMPLETING = "_ADAPTBOT_COMPLETE"
+"""Set by a shell that asks, on a Tab, what could stand next."""
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"adaptbot {__version__}")
@@ -95,7 +103,7 @@ def main() -> None:
     debug = len(arguments) < len(sys.argv) - 1
     from adaptbot_cli.cli.common import terminal
 
-    if arguments or terminal() is None:
+    if arguments or COMPLETING in os.environ or terminal() is None:
         carry_out(arguments, debug)
     else:
         from adaptbot_cli.cli.session import converse
@@ -117,7 +125,7 @@ def carry_out(
         SystemExit: it ended with a code other than 0.
     """
     try:
-        instead() if instead else app(args=arguments)
+        instead() if instead else app(args=arguments, prog_name="adaptbot")
     except BrokenPipeError:
         _no_more_output()  # whoever read it has gone; there is nobody to tell
     except AdaptbotError as error:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     ActTimeoutOption,
     AnswersOption,
@@ -70,7 +71,12 @@ class ConfirmName(StrEnum):
 
 
 def run(
-    task: Annotated[list[str], typer.Argument(help='What to do, such as "make omelette".')],
+    task: Annotated[
+        list[str],
+        typer.Argument(
+            help='What to do, such as "make omelette".', autocompletion=completion.tasks
+        ),
+    ],
     domain: DomainOption = None,
     model: Annotated[
         str | None,

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     JsonOption,
     MaxCostOption,
@@ -69,7 +70,10 @@ DIFFERS = 3
 
 
 def replay(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE…", help="Transcripts.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE…", help="Transcripts.", autocompletion=completion.runs),
+    ],
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Replay transcripts: no key, no network; fails at the first turn that differs."""
@@ -100,6 +104,7 @@ def progress(
         typer.Argument(
             metavar="[RUN|TRANSCRIPT]",
             help="A run by the beginning of its name or task, or a file; else the latest run.",
+            autocompletion=completion.runs,
         ),
     ] = None,
     svg: Annotated[
@@ -141,7 +146,12 @@ _ORIGIN = "the interrupted run"
 
 def resume(
     run: Annotated[
-        str, typer.Argument(metavar="[ID]", help="A transcript; without it, the latest cut off.")
+        str,
+        typer.Argument(
+            metavar="[ID]",
+            help="A transcript; without it, the latest cut off.",
+            autocompletion=completion.runs,
+        ),
     ] = "",
     timeout: TimeoutOption = None,
     max_tokens: MaxTokensOption = None,

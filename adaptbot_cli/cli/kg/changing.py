@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     AnswersOption,
     DomainOption,
@@ -21,7 +22,14 @@ if TYPE_CHECKING:
 
 
 def retract(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, another name, an absence.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="A thing, another name, an absence.",
+            autocompletion=completion.things,
+        ),
+    ],
     prop: Annotated[str, typer.Argument(metavar="[PROPERTY]", help="Only this fact of it.")] = "",
     value: Annotated[
         str, typer.Argument(metavar="[VALUE]", help="Which one, if there are several.")
@@ -41,7 +49,12 @@ def retract(
 
 def revert(
     revision: Annotated[
-        str | None, typer.Argument(metavar="[REV]", help="A commit, or an answer; see kg log.")
+        str | None,
+        typer.Argument(
+            metavar="[REV]",
+            help="A commit, or an answer; see kg log.",
+            autocompletion=completion.revisions,
+        ),
     ] = None,
     answer: Annotated[
         str | None, typer.Option("--answer", metavar="ID", help="One answer; see kg log or why.")
@@ -119,7 +132,12 @@ def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
 
 
 def add(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What there is in this home.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="What there is in this home.", autocompletion=completion.things
+        ),
+    ],
     answers: AnswersOption = None,
     yes: YesOption = False,
     dry_run: DryRunOption = False,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -111,7 +112,13 @@ def export(
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
     ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="REV", help="As it was at a revision.")
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="REV",
+            help="As it was at a revision.",
+            autocompletion=completion.revisions,
+        ),
     ] = None,
     domain: DomainOption = None,
     workspace_dir: WorkspaceOption = None,

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -16,7 +17,12 @@ from adaptbot_cli.cli.common import (
 
 def log(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Only what concerns this thing.")
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            help="Only what concerns this thing.",
+            autocompletion=completion.taught,
+        ),
     ] = None,
     number: Annotated[
         int, typer.Option("-n", min=1, metavar="N", help="Show the newest N commits.")
@@ -48,8 +54,14 @@ def log(
 
 
 def diff(
-    a: Annotated[str | None, typer.Argument(metavar="[A]", help="A revision.")] = None,
-    b: Annotated[str | None, typer.Argument(metavar="[B]", help="A later one.")] = None,
+    a: Annotated[
+        str | None,
+        typer.Argument(metavar="[A]", help="A revision.", autocompletion=completion.revisions),
+    ] = None,
+    b: Annotated[
+        str | None,
+        typer.Argument(metavar="[B]", help="A later one.", autocompletion=completion.revisions),
+    ] = None,
     patch: Annotated[
         bool, typer.Option("--patch", help="Print a SPARQL update for `kg query --update`.")
     ] = False,
@@ -85,7 +97,12 @@ def diff(
 
 
 def why(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, an action, an absence.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A thing, an action, an absence.", autocompletion=completion.taught
+        ),
+    ],
     prop: Annotated[
         str, typer.Argument(metavar="[PROPERTY]", help="One property, with all its past.")
     ] = "",

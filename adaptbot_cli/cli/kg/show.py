@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -27,10 +28,20 @@ if TYPE_CHECKING:
 def show(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME|CLASS|PLACE]", help="A thing, class, action or task."),
+        typer.Argument(
+            metavar="[NAME|CLASS|PLACE]",
+            help="A thing, class, action or task.",
+            autocompletion=completion.anything,
+        ),
     ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="REV", help="As it was at a revision.")
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="REV",
+            help="As it was at a revision.",
+            autocompletion=completion.revisions,
+        ),
     ] = None,
     tasks: Annotated[bool, typer.Option("--tasks", help="List the tasks that are known.")] = False,
     actions: Annotated[bool, typer.Option("--actions", help="List the actions.")] = False,

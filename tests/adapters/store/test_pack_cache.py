@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.adapters.store import domains, reading
+from adaptbot_cli.adapters.store import reading, usercache
 from adaptbot_cli.adapters.store.reading import load_domain, read_files
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.errors import PackError
@@ -92,12 +92,12 @@ def test_a_pack_with_faults_is_refused_each_time(folder: Path) -> None:
 
 
 def test_only_the_newest_are_kept(folder: Path) -> None:
-    domains._keep(folder / "old", b"")
+    usercache.hold(folder / "old", b"")
     os.utime(folder / "old", (1, 1))
-    for number in range(domains._MOST):
-        domains._keep(folder / str(number), b"")
+    for number in range(usercache._MOST):
+        usercache.hold(folder / str(number), b"")
 
-    assert len(list(folder.iterdir())) == domains._MOST
+    assert len(list(folder.iterdir())) == usercache._MOST
     assert not (folder / "old").exists()
 
 
