@@ -21,6 +21,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import TASK
 from adaptbot_cli.cli.run import exit_code
 
 
@@ -36,6 +37,7 @@ def check(
         str,
         typer.Option(
             metavar="TEXT",
+            rich_help_panel=TASK,
             help="The task, for its required items and goal.",
             autocompletion=completion.tasks,
         ),

@@ -14,6 +14,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import OUTPUT, Group
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
 
 FAULTS = 3
 
-app = typer.Typer(help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True)
+app = typer.Typer(
+    cls=Group, help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True
+)
 
 
 @app.command("list")
@@ -166,7 +169,10 @@ def domain_docs(
         str, typer.Argument(help="The domain to describe.", autocompletion=completion.domains)
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write Markdown here.")
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", rich_help_panel=OUTPUT, help="Write Markdown here."
+        ),
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:

@@ -15,6 +15,7 @@ from adaptbot_cli.cli.common import (
     domain_name,
     workspace,
 )
+from adaptbot_cli.cli.help import OUTPUT, TASK
 from adaptbot_cli.cli.run import FINDINGS
 
 
@@ -39,20 +40,26 @@ def export(
     form: Annotated[
         ExportFormat,
         typer.Option(
-            "--as", help="JSON, a VirtualHome script, a PDDL plan, or a BehaviorTree.CPP 4 tree."
+            "--as",
+            rich_help_panel=OUTPUT,
+            help="JSON, a VirtualHome script, a PDDL plan, or a BehaviorTree.CPP 4 tree.",
         ),
     ] = ExportFormat.json,
     task: Annotated[
         str,
         typer.Option(
             metavar="TEXT",
+            rich_help_panel=TASK,
             help="The task of a plan, for its items and goal.",
             autocompletion=completion.tasks,
         ),
     ] = "",
     domain: DomainOption = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write it here.")
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", rich_help_panel=OUTPUT, help="Write it here."
+        ),
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> int:

@@ -15,6 +15,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
+from adaptbot_cli.cli.help import Group
 from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 
 STILL_OPEN = 3
 
-app = typer.Typer(help="The questions that runs have left open.", invoke_without_command=True)
+app = typer.Typer(
+    cls=Group, help="The questions that runs have left open.", invoke_without_command=True
+)
 
 
 @app.callback()

@@ -29,6 +29,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
+from adaptbot_cli.cli.help import MODEL, OUTPUT, PERSON, WORLD
 from adaptbot_cli.errors import Interrupted, WorldError
 
 if TYPE_CHECKING:
@@ -58,7 +59,10 @@ class PromptName(StrEnum):
 
 
 PromptOption = Annotated[
-    PromptName, typer.Option(help="How to ask for a plan: reasoning first, calls alone, JSON.")
+    PromptName,
+    typer.Option(
+        rich_help_panel=MODEL, help="How to ask for a plan: reasoning first, calls alone, JSON."
+    ),
 ]
 
 
@@ -77,65 +81,110 @@ def run(
             help='What to do, such as "make omelette".', autocompletion=completion.tasks
         ),
     ],
-    domain: DomainOption = None,
+    requires: RequiresOption = None,
+    without: WithoutOption = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=MODEL,
+            help="Any litellm model; `local`: on board; `library`: none.",
+        ),
     ] = None,
     api_base: ApiBaseOption = None,
     timeout: TimeoutOption = None,
     max_tokens: MaxTokensOption = None,
     max_cost: MaxCostOption = None,
     temperature: Annotated[
-        float | None, typer.Option(min=0, max=2, help="How freely the model answers (0).")
+        float | None,
+        typer.Option(min=0, max=2, rich_help_panel=MODEL, help="How freely the model answers (0)."),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(metavar="N", help="The seed of the model's answers (0).")
+        int | None,
+        typer.Option(
+            metavar="N", rich_help_panel=MODEL, help="The seed of the model's answers (0)."
+        ),
     ] = None,
     prompt: PromptOption = PromptName.auto,
     policy: Annotated[
         PolicyName | None,
-        typer.Option(help="Ask about required items first, or re-prompt first as in the paper."),
+        typer.Option(
+            rich_help_panel=PERSON,
+            help="Ask about required items first, or re-prompt first as in the paper.",
+        ),
     ] = None,
     replans: Annotated[
         int | None,
-        typer.Option(min=0, max=20, metavar="N", help="How often to re-prompt at most (F_max)."),
+        typer.Option(
+            min=0,
+            max=20,
+            metavar="N",
+            rich_help_panel=MODEL,
+            help="How often to re-prompt at most (F_max).",
+        ),
     ] = None,
-    no_human: Annotated[bool, typer.Option("--no-human", help="Ask nobody.")] = False,
-    answers: AnswersOption = None,
-    requires: RequiresOption = None,
-    without: WithoutOption = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing.")] = False,
-    apply: Annotated[
-        bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
+    no_human: Annotated[
+        bool, typer.Option("--no-human", rich_help_panel=PERSON, help="Ask nobody.")
     ] = False,
+    answers: AnswersOption = None,
     full: Annotated[
         bool,
-        typer.Option("--full", help="Ask all there is to know of a new thing."),
+        typer.Option(
+            "--full", rich_help_panel=PERSON, help="Ask all there is to know of a new thing."
+        ),
     ] = False,
     edit: Annotated[
-        bool, typer.Option("--edit", help="Offer the plan for editing before it is executed.")
+        bool,
+        typer.Option(
+            "--edit",
+            rich_help_panel=PERSON,
+            help="Offer the plan for editing before it is executed.",
+        ),
     ] = False,
     world: Annotated[
         str | None,
         typer.Option(
             metavar="WORLD",
+            rich_help_panel=WORLD,
             help="What carries the plan out: rehearsal, a Turtle FILE, or exec:COMMAND.",
         ),
     ] = None,
     world_noise: Annotated[
         float | None,
-        typer.Option(min=0, max=1, metavar="P", help="How likely a step slips in a Turtle world."),
+        typer.Option(
+            min=0,
+            max=1,
+            metavar="P",
+            rich_help_panel=WORLD,
+            help="How likely a step slips in a Turtle world.",
+        ),
     ] = None,
     act_timeout: ActTimeoutOption = None,
     confirm: Annotated[
-        ConfirmName | None, typer.Option(help="Which steps to agree to before they are done.")
+        ConfirmName | None,
+        typer.Option(rich_help_panel=WORLD, help="Which steps to agree to before they are done."),
     ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", rich_help_panel=OUTPUT, help="Write nothing.")
+    ] = False,
+    apply: Annotated[
+        bool,
+        typer.Option(
+            "--apply",
+            rich_help_panel=OUTPUT,
+            help="Commit the state that the executed plan leaves.",
+        ),
+    ] = False,
     record: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
+        Path | None,
+        typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write the transcript here."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Let --record write over a file.")] = False,
+    force: Annotated[
+        bool,
+        typer.Option("--force", rich_help_panel=OUTPUT, help="Let --record write over a file."),
+    ] = False,
     json: JsonOption = False,
+    domain: DomainOption = None,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Plan a task, check it against this home, ask what is not known, and learn it."""

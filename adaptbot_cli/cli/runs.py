@@ -19,6 +19,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import OUTPUT
 from adaptbot_cli.cli.run import pursue
 
 
@@ -108,10 +109,14 @@ def progress(
         ),
     ] = None,
     svg: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the lines as a picture.")
+        Path | None,
+        typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write the lines as a picture."),
     ] = None,
     mermaid: Annotated[
-        bool, typer.Option("--mermaid", help="Print the lines as a Mermaid flowchart.")
+        bool,
+        typer.Option(
+            "--mermaid", rich_help_panel=OUTPUT, help="Print the lines as a Mermaid flowchart."
+        ),
     ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,

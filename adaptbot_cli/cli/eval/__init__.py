@@ -1,18 +1,21 @@
 """`adaptbot eval`: run the paper's experiment, compare two of them, read the published ones."""
 
+from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
 from adaptbot_cli.cli.eval import compare, run
+from adaptbot_cli.cli.help import Group
 
 
-class _RunByDefault(TyperGroup):
+class _RunByDefault(Group):
     """Takes `eval FILE` for `eval run FILE`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if args and args[0] not in (*self.commands, "-h", "--help"):
+        first = args[0] if args else "-h"
+        misspelt = self.nearest(first) and not Path(first).exists()
+        if first not in (*self.commands, "-h", "--help") and not misspelt:
             args = ["run", *args]
         return super().parse_args(ctx, args)
 

@@ -19,6 +19,7 @@ from adaptbot_cli.cli.common import (
 )
 from adaptbot_cli.cli.eval import options
 from adaptbot_cli.cli.eval.options import carry_out
+from adaptbot_cli.cli.help import MODEL, OUTPUT, PERSON
 from adaptbot_cli.cli.run import PolicyName, PromptName, PromptOption
 
 if TYPE_CHECKING:
@@ -34,7 +35,11 @@ def run(
     kg: KgOption = None,
     truth: Annotated[
         list[Path] | None,
-        typer.Option(metavar="FILE", help="A Turtle graph that the simulated person knows."),
+        typer.Option(
+            metavar="FILE",
+            rich_help_panel=PERSON,
+            help="A Turtle graph that the simulated person knows.",
+        ),
     ] = None,
     arms: options.ArmsOption = options.ALL_ARMS,
     policy: options.PolicyOption = PolicyName.tutor,
@@ -44,20 +49,39 @@ def run(
     seed: options.SeedOption = 0,
     model: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Plan live: any litellm model, or `library`."),
+        typer.Option(
+            metavar="NAME",
+            rich_help_panel=MODEL,
+            help="Plan live: any litellm model, or `library`.",
+        ),
     ] = None,
     api_base: ApiBaseOption = None,
     prompt: PromptOption = PromptName.auto,
     leave_out: Annotated[
-        str, typer.Option(metavar="A,B", help="Parts that prompts lack: items, example, memory.")
+        str,
+        typer.Option(
+            metavar="A,B",
+            rich_help_panel=MODEL,
+            help="Parts that prompts lack: items, example, memory.",
+        ),
     ] = "",
     unseen: Annotated[
-        bool, typer.Option("--unseen", help="Show a model no library plan of the task itself.")
+        bool,
+        typer.Option(
+            "--unseen",
+            rich_help_panel=MODEL,
+            help="Show a model no library plan of the task itself.",
+        ),
     ] = False,
     timeout: TimeoutOption = None,
     value: Annotated[
         Path | None,
-        typer.Option("--answers", metavar="FILE", help="Keep a model's answers here, by prompt."),
+        typer.Option(
+            "--answers",
+            metavar="FILE",
+            rich_help_panel=MODEL,
+            help="Keep a model's answers here, by prompt.",
+        ),
     ] = None,
     select: options.SelectOption = None,
     limit: options.LimitOption = None,
@@ -66,7 +90,11 @@ def run(
     jobs: options.JobsOption = None,
     results: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Keep the trials here, and go on from them."),
+        typer.Option(
+            metavar="FILE",
+            rich_help_panel=OUTPUT,
+            help="Keep the trials here, and go on from them.",
+        ),
     ] = None,
     plot: options.PlotOption = None,
     json: JsonOption = False,
@@ -139,7 +167,11 @@ def published(
     ],
     write: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Only write the recordings, one JSON object a line."),
+        typer.Option(
+            metavar="FILE",
+            rich_help_panel=OUTPUT,
+            help="Only write the recordings, one JSON object a line.",
+        ),
     ] = None,
     arms: options.ArmsOption = options.ALL_ARMS,
     policy: options.PolicyOption = PolicyName.tutor,
