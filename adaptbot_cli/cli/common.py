@@ -145,7 +145,7 @@ def note_ignored(home: "Workspace") -> None:
 
 def domain_name(option: str | None, home: "Workspace") -> str:
     """Return the domain that is meant: as said, as configured, or the kitchen that comes along."""
-    return option or str(home.settings.get("domain") or "kitchen")
+    return str(home.setting("domain", option or None))
 
 
 def opened(

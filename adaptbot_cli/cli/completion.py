@@ -80,8 +80,7 @@ def _home(context: typer.Context) -> "tuple[Workspace, str]":
     for path in (home.root / name for name in (CONFIG, "kg", "transcripts")):
         if path.exists() and not trust.is_ours(path):
             raise KnowledgeError(f"{path} belongs to another account")
-    said = context.params.get("domain")
-    return home, str(said or home.settings.get("domain") or "kitchen")
+    return home, str(home.setting("domain", context.params.get("domain")))
 
 
 def _completer(find: Callable[["Workspace", str], Pairs]) -> Callable[..., list[Any]]:
@@ -130,6 +129,12 @@ def _revisions(home: "Workspace", domain: str) -> Pairs:
         yield about.split(" ")[1][:7], done.partition(": ")[2]
 
 
+def _settings(home: "Workspace", domain: str) -> Pairs:
+    from adaptbot_cli.workspace import SETTINGS
+
+    return ((name, "") for name in SETTINGS)
+
+
 domains = _completer(lambda home, _: ((name, "") for name in home.domains()))
 things = _named("thing")
 taught = _named("thing", "action")
@@ -137,3 +142,4 @@ anything = _named("thing", "class", "action", "task")
 tasks = _named("task")
 runs = _completer(_runs)
 revisions = _completer(_revisions)
+settings = _completer(_settings)

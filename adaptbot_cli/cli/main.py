@@ -11,7 +11,19 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from adaptbot_cli import __version__
-from adaptbot_cli.cli import check, doctor, domain, export, kg, pending, run, runs, trust, world
+from adaptbot_cli.cli import (
+    check,
+    config,
+    doctor,
+    domain,
+    export,
+    kg,
+    pending,
+    run,
+    runs,
+    trust,
+    world,
+)
 from adaptbot_cli.cli import eval as evaluate
 from adaptbot_cli.cli.help import PROGRAM, Group, add_examples
 from adaptbot_cli.cli.kg.changing import undo
@@ -51,6 +63,7 @@ app.add_typer(domain.app, name="domain", rich_help_panel=_KNOW)
 app.add_typer(world.app, name="world", rich_help_panel=_KNOW)
 app.add_typer(evaluate.app, name="eval", rich_help_panel=_KNOW)
 app.command("doctor", rich_help_panel=_SET)(doctor.doctor)
+app.command("config", rich_help_panel=_SET)(config.config)
 app.command("trust", rich_help_panel=_SET)(trust.trust)
 add_examples(app)
 

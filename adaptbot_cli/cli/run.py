@@ -201,7 +201,7 @@ def run(
             "--edit, or --answers and --no-human"
         )
     home = workspace(workspace_dir)
-    settings, named = home.settings, domain_name(domain, home)
+    named = domain_name(domain, home)
     screen = console(stderr=json)
     chosen = opened(screen, home, asked, named, model, api_base)
     from adaptbot_cli.session import Request  # slow: the first line is there by now
@@ -210,8 +210,8 @@ def run(
         task=asked,
         domain=named,
         chosen=chosen,
-        policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
-        replans=replans if replans is not None else settings.get("replans", 3),
+        policy=str(home.setting("policy", policy)),  # type: ignore[arg-type]
+        replans=home.setting("replans", replans),
         requires=items(requires),
         without=items(without),
         ask=not no_human,
@@ -219,17 +219,17 @@ def run(
         dry_run=dry_run,
         apply=apply,
         record=record,
-        timeout=timeout if timeout is not None else settings.get("timeout"),
-        max_tokens=max_tokens if max_tokens is not None else settings.get("max_tokens"),
-        max_cost=max_cost if max_cost is not None else settings.get("max_cost"),
-        temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
-        seed=seed if seed is not None else settings.get("seed", 0),
+        timeout=home.setting("timeout", timeout),
+        max_tokens=home.setting("max_tokens", max_tokens),
+        max_cost=home.setting("max_cost", max_cost),
+        temperature=home.setting("temperature", temperature),
+        seed=home.setting("seed", seed),
         full=full,
         edit=edit,
-        world=world if world is not None else settings.get("world"),
+        world=home.setting("world", world),
         noise=world_noise or 0.0,
-        act_timeout=act_timeout if act_timeout is not None else settings.get("act_timeout", 60.0),
-        confirm=str(confirm or settings.get("confirm", "none")),  # type: ignore[arg-type]
+        act_timeout=home.setting("act_timeout", act_timeout),
+        confirm=str(home.setting("confirm", confirm)),  # type: ignore[arg-type]
         prompt=prompt.value,
     )
     return pursue(request, home, json)
