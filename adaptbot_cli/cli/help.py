@@ -3,6 +3,7 @@
 import difflib
 import re
 import shlex
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -30,7 +31,12 @@ _EXAMPLES = {
         "adaptbot check plan.txt --no-repair --json",
     ),
     "resume": ("adaptbot resume", "adaptbot resume --timeout 600"),
-    "runs": ("adaptbot runs", "adaptbot runs omelette --last 5", "adaptbot runs --json"),
+    "runs list": ("adaptbot runs", "adaptbot runs omelette --last 5", "adaptbot runs --json"),
+    "runs show": ("adaptbot runs show make_tea", "adaptbot runs show 20261130T1058 --json"),
+    "runs compare": (
+        "adaptbot runs compare 20261130T1058 20261130T1102",
+        "adaptbot runs compare make_tea make_omelette --json",
+    ),
     "replay": (
         "adaptbot replay transcripts/*.yaml",
         "adaptbot replay 20261130T1058",
@@ -137,10 +143,26 @@ def _epilog(path: str) -> str | None:
 
 
 PROGRAM = "adaptbot"
+_SURE = 0.8
 
 
 class Group(TyperGroup):
-    """Says of a word that is no command which one it was to be, or how to ask for a task."""
+    """Says of a word that is no command which one it was to be, or how to ask for a task.
+
+    A group with a `default` takes any other word for an argument of that command, unless it is no
+    file and nearly the name of one.
+    """
+
+    default = ""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments of the group."""
+        first = args[0] if args else ""
+        meant = first in (*self.commands, *ctx.help_option_names)
+        misspelt = self.nearest(first, _SURE) and not Path(first).exists()
+        if self.default and not (meant or misspelt or (ctx.resilient_parsing and not args)):
+            args = [self.default, *args]
+        return super().parse_args(ctx, args)
 
     def get_command(self, ctx: Any, name: str) -> Any:
         """Return a command by its name."""
@@ -160,9 +182,9 @@ class Group(TyperGroup):
             raise UsageError(self._instead(ctx.command_path, args, self.nearest(word)))
         return super().resolve_command(ctx, args)
 
-    def nearest(self, word: str) -> str | None:
+    def nearest(self, word: str, alike: float = 0.6) -> str | None:
         """Return the command that a word is a misspelling of, if it is one."""
-        return next(iter(difflib.get_close_matches(word, list(self.commands), 1)), None)
+        return next(iter(difflib.get_close_matches(word, list(self.commands), 1, alike)), None)
 
     @staticmethod
     def _instead(path: str, args: list[str], near: str | None) -> str:

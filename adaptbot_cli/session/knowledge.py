@@ -1,9 +1,11 @@
 """What is known of a home, by whom it was taught, and how it changed: reading only."""
 
+import re
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import Changes, Words
@@ -169,8 +171,13 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     return changes, a, b or WORKING, words
 
 
+_RUN = re.compile(r"\d{8}T\d")
+"""How the id of a run begins, and no thing's name."""
+
+
 def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
-    """Give the commits that taught something, newest first; those about a thing, if one is named.
+    """Give the commits that taught something, newest first; those about a thing or of a run, if one
+    is named.
 
     Raises:
         UsageError: nothing is or was ever called so.
@@ -185,6 +192,13 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
         return
     if name is None:
         yield from map(versions.chapter, versions.taught())
+        return
+    if _RUN.match(name):
+        from adaptbot_cli.session.runs import find_run
+
+        run = find_run(home.workspace, name).stem
+        every = map(versions.chapter, versions.taught())
+        yield from (chapter for chapter in every if Path(chapter.origin.transcript).stem == run)
         return
     wanted = known_as(home, name)
     # What is gone by now is found by the name it had.

@@ -27,7 +27,7 @@ def commands(command: Any = ROOT, path: str = "") -> Iterator[tuple[str, Any]]:
 COMMANDS = dict(commands())
 LINES = [(path, line) for path in ("", *COMMANDS) for line in examples(path)]
 FIRST = (
-    *("run", "check", "runs", "progress", "pending", "config", "kg show"),
+    *("run", "check", "runs list", "runs show", "progress", "pending", "config", "kg show"),
     *("kg stats", "kg why", "kg query", "kg export", "kg status", "kg validate", "kg log"),
     *("kg diff", "kg retract", "domain list", "domain check", "domain docs"),
 )

@@ -19,8 +19,8 @@ def log(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]",
-            help="Only what concerns this thing.",
+            metavar="[NAME|RUN]",
+            help="Only what concerns a thing, or what a run taught.",
             autocompletion=completion.taught,
         ),
     ] = None,
