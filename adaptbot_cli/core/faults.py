@@ -295,11 +295,17 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
         remedy = _instead(local(predicate), known, "declare it there as an rdf:Property")
         yield f"{local(predicate)} is not declared in domain.ttl", remedy
         return
-    if prop.domain and not kg.is_a(subject, [prop.domain]):
+    if prop.domain and not kg.is_a(subject, [prop.domain]) and not _of_no_class(kg, subject):
         wanted, found = a(_label(kg, prop.domain)), a(kg.kind_label(subject))
         text = f"{_called(prop)} is for {wanted}, not {found}"
         yield text, "take it away, or correct the class"
     yield from _range(kg, prop, value)
+
+
+def _of_no_class(kg: Kg, thing: Node) -> bool:
+    """Whether a thing's class, or that of a property's, is one that is not there: that is told
+    once, and not again for all that does not fit because of it."""
+    return any(kind not in kg.domain.kinds for kind in kg.facts.objects(thing, RDF.type))
 
 
 def _instead(name: str, known: Iterable[str], otherwise: str) -> str:

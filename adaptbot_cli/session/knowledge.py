@@ -224,9 +224,10 @@ def _triples(taught: "CommitDelta") -> frozenset[Triple]:
 
 def known_as(home: Home, name: str) -> "frozenset[Node]":
     """Return the things and actions that bear a name now."""
+    from adaptbot_cli.core import view
     from adaptbot_cli.core.names import normal
 
-    found: set[Node] = set(home.kg.find(name))
+    found: set[Node] = set(view.called(home.kg, name))
     action = home.kg.domain.actions.get(normal(name))
     return frozenset(found | ({action.iri} if action else set()))
 

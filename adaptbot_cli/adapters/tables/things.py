@@ -166,7 +166,7 @@ def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
 
 
 def action(record: Plain) -> RenderableType:
-    """Show an action: what it takes, what must hold, what it changes."""
+    """Show an action: what it takes, what must hold, what is different afterwards."""
     parts: list[RenderableType] = [
         Text.assemble(cell(_call(record), "bold"), "  action"),
         cell(record["explain"]),
@@ -177,10 +177,7 @@ def action(record: Plain) -> RenderableType:
     parts += _part("takes", takes)
     parts += _part("not possible if", [(cell(need["if_not"]),) for need in record["requires"]])
     parts += _part("warns", [(cell(advice),) for advice in record["advises"]])
-    changes = record["changes"]
-    rows = [(Text("-", "red"), cell(line, "dim")) for line in changes["removes"]]
-    rows += [(Text("+", "green"), cell(line, "dim")) for line in changes["adds"]]
-    parts += _part("changes", rows)
+    parts += _part("afterwards", [(cell(sentence),) for sentence in record["afterwards"]])
     if not record["effect_known"]:
         parts.append(Text("what it changes is not known", "yellow"))
     return Group(*parts)

@@ -112,13 +112,16 @@ def why(
 ) -> None:
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
     from adaptbot_cli.adapters.tables.history import why as table
+    from adaptbot_cli.core import describing
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import knowledge
 
     home = home_of(workspace_dir, domain)
     reply = knowledge.why(home, name, prop)
+    known = describing.action_called(home.kg, reply.name)
+    action = None if known is None else describing.action(home.kg, known)
     if not json:
-        console().print(table(reply.name, reply.facts, reply.history, home.words))
+        console().print(table(reply.name, reply.facts, reply.history, home.words, action))
         return
     facts = [
         {
@@ -134,4 +137,5 @@ def why(
         {"sign": turn.sign, "value": home.words.value(turn.triple[2]), **turn.origin.as_json()}
         for turn in reply.history
     ]
-    print_json({"name": reply.name, "facts": facts, "history": past})
+    told = {"name": reply.name, "facts": facts, "history": past}
+    print_json(told | ({"action": action} if action else {}))

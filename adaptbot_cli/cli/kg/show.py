@@ -92,7 +92,7 @@ def _called(graph: "Kg", name: str) -> "Shown":
     from adaptbot_cli.adapters.tables import things
     from adaptbot_cli.core import describing, view
 
-    found = graph.find(name)
+    found = view.called(graph, name)
     if found:
         thing = view.thing(graph, found[0])
         return thing.as_json(), lambda: things.one(graph, thing)
