@@ -44,7 +44,7 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
         try:
             domain = session.load(home, name).domain
         except KnowledgeError:
-            about = f"cannot be read: see domain check {name}"
+            about = f"cannot be read: see adaptbot domain check {name}"
             rows.append(_row(name, about, where, None, None))
             continue
         counts = len(domain.actions), len(domain.tasks)

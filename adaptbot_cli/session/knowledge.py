@@ -1,6 +1,7 @@
 """What is known of a home, by whom it was taught, and how it changed: reading only."""
 
 import re
+import shlex
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -333,7 +334,7 @@ def _not_taught(home: Home, name: str) -> str:
     if task is None and kind is None:
         return f"nothing is called {name}{_near(home, name)}"
     what, file = ("task", "tasks.ttl") if task is not None else ("class", "domain.ttl")
-    return f"{name} is a {what}, as {file} has it: see adaptbot kg show"
+    return f"{name} is a {what}, as {file} has it; see adaptbot kg show {shlex.quote(name)}"
 
 
 def _near(home: Home, name: str) -> str:

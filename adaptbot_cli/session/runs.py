@@ -73,15 +73,14 @@ def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[Pas
     return found
 
 
-_MINUTE = len("20261130T1058")
+_LENGTHS = tuple(map(len, ("20261130T1058", "20261130T105812", "20261130T105812564")))
 
 
 def _short_ids(paths: Sequence[Path]) -> dict[Path, str]:
-    """The beginnings of their names, to the minute or as long as it takes to tell all apart."""
+    """The beginnings of their names, to the minute, the second or what else tells all apart."""
     names = [path.stem.partition("-")[0] for path in paths]
-    lengths = range(_MINUTE, max(map(len, names), default=0) + 1)
     most = len(set(names))
-    length = next((n for n in lengths if len({name[:n] for name in names}) == most), None)
+    length = next((n for n in _LENGTHS if len({name[:n] for name in names}) == most), None)
     return {path: name[:length] for path, name in zip(paths, names, strict=True)}
 
 
