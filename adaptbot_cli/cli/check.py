@@ -21,7 +21,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
-from adaptbot_cli.cli.help import TASK
+from adaptbot_cli.cli.help import task_option
 from adaptbot_cli.cli.run import exit_code
 
 
@@ -35,9 +35,8 @@ def check(
     without: WithoutOption = None,
     task: Annotated[
         str,
-        typer.Option(
+        task_option(
             metavar="TEXT",
-            rich_help_panel=TASK,
             help="The task, for its required items and goal.",
             autocompletion=completion.tasks,
         ),

@@ -5,10 +5,15 @@ import sys
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from adaptbot_cli.cli import completion
-from adaptbot_cli.cli.help import HOME, MODEL, OUTPUT, PERSON, TASK, WORLD
+from adaptbot_cli.cli.help import (
+    home_option,
+    model_option,
+    output_option,
+    person_option,
+    task_option,
+    world_option,
+)
 from adaptbot_cli.core.visible import visible
 
 if TYPE_CHECKING:
@@ -21,99 +26,61 @@ if TYPE_CHECKING:
 
 WorkspaceOption = Annotated[
     Path | None,
-    typer.Option(
-        "--workspace",
-        metavar="DIR",
-        rich_help_panel=HOME,
-        help="The folder that holds this home's knowledge.",
-    ),
+    home_option("--workspace", metavar="DIR", help="The folder that holds this home's knowledge."),
 ]
 AnswersOption = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE", rich_help_panel=PERSON, help="Answers in YAML, instead of a person."
-    ),
+    Path | None, person_option(metavar="FILE", help="Answers in YAML, instead of a person.")
 ]
 DomainOption = Annotated[
     str | None,
-    typer.Option(
+    home_option(
         "--domain",
         metavar="NAME",
-        rich_help_panel=HOME,
         help="The domain, such as kitchen.",
         autocompletion=completion.domains,
     ),
 ]
-JsonOption = Annotated[
-    bool, typer.Option("--json", rich_help_panel=OUTPUT, help="Print one JSON object on stdout.")
-]
+JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object on stdout.")]
 RequiresOption = Annotated[
     str | None,
-    typer.Option(
+    task_option(
         "--requires",
         metavar="A,B,C",
-        rich_help_panel=TASK,
         help="Items that the result must use.",
         autocompletion=completion.things,
     ),
 ]
 WithoutOption = Annotated[
     str | None,
-    typer.Option(
+    task_option(
         "--without",
         metavar="A,B,C",
-        rich_help_panel=TASK,
         help="What must not be used, whatever the request.",
         autocompletion=completion.things,
     ),
 ]
 KgOption = Annotated[
     list[Path] | None,
-    typer.Option(
-        "--kg",
-        metavar="FILE",
-        rich_help_panel=HOME,
-        help="A Turtle graph to use instead of the workspace's.",
-    ),
+    home_option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
 ]
 ApiBaseOption = Annotated[
     str | None,
-    typer.Option(
-        metavar="URL",
-        rich_help_panel=MODEL,
-        help="An OpenAI-compatible server, for --model openai/NAME.",
-    ),
+    model_option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
 ]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option(
-        min=0.1,
-        metavar="S",
-        rich_help_panel=MODEL,
-        help="Seconds the model may take in this run (300).",
-    ),
+    model_option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
 ]
 ActTimeoutOption = Annotated[
     float | None,
-    typer.Option(
-        min=0.1,
-        metavar="S",
-        rich_help_panel=WORLD,
-        help="Seconds the world may take for one step (60).",
-    ),
+    world_option(min=0.1, metavar="S", help="Seconds the world may take for one step (60)."),
 ]
 MaxTokensOption = Annotated[
     int | None,
-    typer.Option(
-        min=1,
-        metavar="N",
-        rich_help_panel=MODEL,
-        help="Tokens, of prompts and answers, in this run.",
-    ),
+    model_option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
 ]
 MaxCostOption = Annotated[
-    float | None,
-    typer.Option(min=0, metavar="USD", rich_help_panel=MODEL, help="US dollars in this run."),
+    float | None, model_option(min=0, metavar="USD", help="US dollars in this run.")
 ]
 
 

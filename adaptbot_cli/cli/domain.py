@@ -14,7 +14,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
-from adaptbot_cli.cli.help import OUTPUT, Group
+from adaptbot_cli.cli.help import Group, output_option
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
@@ -169,10 +169,7 @@ def domain_docs(
         str, typer.Argument(help="The domain to describe.", autocompletion=completion.domains)
     ],
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", rich_help_panel=OUTPUT, help="Write Markdown here."
-        ),
+        Path | None, output_option("-o", "--output", metavar="FILE", help="Write Markdown here.")
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:

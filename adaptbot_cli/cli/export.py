@@ -8,14 +8,8 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.check import read_plan
-from adaptbot_cli.cli.common import (
-    DomainOption,
-    WorkspaceOption,
-    console,
-    domain_name,
-    workspace,
-)
-from adaptbot_cli.cli.help import OUTPUT, TASK
+from adaptbot_cli.cli.common import DomainOption, WorkspaceOption, console, domain_name, workspace
+from adaptbot_cli.cli.help import output_option, task_option
 from adaptbot_cli.cli.run import FINDINGS
 
 
@@ -39,27 +33,21 @@ def export(
     ] = "",
     form: Annotated[
         ExportFormat,
-        typer.Option(
-            "--as",
-            rich_help_panel=OUTPUT,
-            help="JSON, a VirtualHome script, a PDDL plan, or a BehaviorTree.CPP 4 tree.",
+        output_option(
+            "--as", help="JSON, a VirtualHome script, a PDDL plan, or a BehaviorTree.CPP 4 tree."
         ),
     ] = ExportFormat.json,
     task: Annotated[
         str,
-        typer.Option(
+        task_option(
             metavar="TEXT",
-            rich_help_panel=TASK,
             help="The task of a plan, for its items and goal.",
             autocompletion=completion.tasks,
         ),
     ] = "",
     domain: DomainOption = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", rich_help_panel=OUTPUT, help="Write it here."
-        ),
+        Path | None, output_option("-o", "--output", metavar="FILE", help="Write it here.")
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> int:

@@ -3,6 +3,7 @@
 import difflib
 import re
 import shlex
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,11 @@ from typer.core import TyperGroup
 
 from adaptbot_cli.errors import UsageError
 
-TASK, PERSON, MODEL, WORLD, HOME, OUTPUT = "Task", "Person", "Model", "World", "Home", "Output"
-"""Panels that options stand in; those that concern one command only stand in none."""
+(task_option, person_option, model_option, world_option, home_option, output_option) = (
+    partial(typer.Option, rich_help_panel=panel)
+    for panel in ("Task", "Person", "Model", "World", "Home", "Output")
+)
+"""Options by the panel of the help page that they stand in; one command's own stand in none."""
 
 _EXAMPLES = {
     "": (

@@ -29,7 +29,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
-from adaptbot_cli.cli.help import MODEL, OUTPUT, PERSON, WORLD
+from adaptbot_cli.cli.help import model_option, output_option, person_option, world_option
 from adaptbot_cli.errors import Interrupted, WorldError
 
 if TYPE_CHECKING:
@@ -59,10 +59,7 @@ class PromptName(StrEnum):
 
 
 PromptOption = Annotated[
-    PromptName,
-    typer.Option(
-        rich_help_panel=MODEL, help="How to ask for a plan: reasoning first, calls alone, JSON."
-    ),
+    PromptName, model_option(help="How to ask for a plan: reasoning first, calls alone, JSON.")
 ]
 
 
@@ -85,103 +82,59 @@ def run(
     without: WithoutOption = None,
     model: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            rich_help_panel=MODEL,
-            help="Any litellm model; `local`: on board; `library`: none.",
-        ),
+        model_option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
     ] = None,
     api_base: ApiBaseOption = None,
     timeout: TimeoutOption = None,
     max_tokens: MaxTokensOption = None,
     max_cost: MaxCostOption = None,
     temperature: Annotated[
-        float | None,
-        typer.Option(min=0, max=2, rich_help_panel=MODEL, help="How freely the model answers (0)."),
+        float | None, model_option(min=0, max=2, help="How freely the model answers (0).")
     ] = None,
     seed: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", rich_help_panel=MODEL, help="The seed of the model's answers (0)."
-        ),
+        int | None, model_option(metavar="N", help="The seed of the model's answers (0).")
     ] = None,
     prompt: PromptOption = PromptName.auto,
     policy: Annotated[
         PolicyName | None,
-        typer.Option(
-            rich_help_panel=PERSON,
-            help="Ask about required items first, or re-prompt first as in the paper.",
-        ),
+        person_option(help="Ask about required items first, or re-prompt first as in the paper."),
     ] = None,
     replans: Annotated[
         int | None,
-        typer.Option(
-            min=0,
-            max=20,
-            metavar="N",
-            rich_help_panel=MODEL,
-            help="How often to re-prompt at most (F_max).",
-        ),
+        model_option(min=0, max=20, metavar="N", help="How often to re-prompt at most (F_max)."),
     ] = None,
-    no_human: Annotated[
-        bool, typer.Option("--no-human", rich_help_panel=PERSON, help="Ask nobody.")
-    ] = False,
+    no_human: Annotated[bool, person_option("--no-human", help="Ask nobody.")] = False,
     answers: AnswersOption = None,
     full: Annotated[
-        bool,
-        typer.Option(
-            "--full", rich_help_panel=PERSON, help="Ask all there is to know of a new thing."
-        ),
+        bool, person_option("--full", help="Ask all there is to know of a new thing.")
     ] = False,
     edit: Annotated[
-        bool,
-        typer.Option(
-            "--edit",
-            rich_help_panel=PERSON,
-            help="Offer the plan for editing before it is executed.",
-        ),
+        bool, person_option("--edit", help="Offer the plan for editing before it is executed.")
     ] = False,
     world: Annotated[
         str | None,
-        typer.Option(
+        world_option(
             metavar="WORLD",
-            rich_help_panel=WORLD,
             help="What carries the plan out: rehearsal, a Turtle FILE, or exec:COMMAND.",
         ),
     ] = None,
     world_noise: Annotated[
         float | None,
-        typer.Option(
-            min=0,
-            max=1,
-            metavar="P",
-            rich_help_panel=WORLD,
-            help="How likely a step slips in a Turtle world.",
-        ),
+        world_option(min=0, max=1, metavar="P", help="How likely a step slips in a Turtle world."),
     ] = None,
     act_timeout: ActTimeoutOption = None,
     confirm: Annotated[
-        ConfirmName | None,
-        typer.Option(rich_help_panel=WORLD, help="Which steps to agree to before they are done."),
+        ConfirmName | None, world_option(help="Which steps to agree to before they are done.")
     ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", rich_help_panel=OUTPUT, help="Write nothing.")
-    ] = False,
+    dry_run: Annotated[bool, output_option("--dry-run", help="Write nothing.")] = False,
     apply: Annotated[
-        bool,
-        typer.Option(
-            "--apply",
-            rich_help_panel=OUTPUT,
-            help="Commit the state that the executed plan leaves.",
-        ),
+        bool, output_option("--apply", help="Commit the state that the executed plan leaves.")
     ] = False,
     record: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write the transcript here."),
+        Path | None, output_option(metavar="FILE", help="Write the transcript here.")
     ] = None,
     force: Annotated[
-        bool,
-        typer.Option("--force", rich_help_panel=OUTPUT, help="Let --record write over a file."),
+        bool, output_option("--force", help="Let --record write over a file.")
     ] = False,
     json: JsonOption = False,
     domain: DomainOption = None,

@@ -20,7 +20,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
-from adaptbot_cli.cli.help import OUTPUT, Group
+from adaptbot_cli.cli.help import Group, output_option
 from adaptbot_cli.cli.run import pursue
 
 if TYPE_CHECKING:
@@ -248,14 +248,10 @@ def progress(
         ),
     ] = None,
     svg: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", rich_help_panel=OUTPUT, help="Write the lines as a picture."),
+        Path | None, output_option(metavar="FILE", help="Write the lines as a picture.")
     ] = None,
     mermaid: Annotated[
-        bool,
-        typer.Option(
-            "--mermaid", rich_help_panel=OUTPUT, help="Print the lines as a Mermaid flowchart."
-        ),
+        bool, output_option("--mermaid", help="Print the lines as a Mermaid flowchart.")
     ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,

@@ -20,7 +20,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
-from adaptbot_cli.cli.help import OUTPUT
+from adaptbot_cli.cli.help import output_option
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
@@ -105,17 +105,12 @@ def _show(answer: "Answered", home: "Home", json: bool) -> None:
 
 
 def export(
-    form: Annotated[
-        Format, typer.Option("--format", rich_help_panel=OUTPUT, help="How it is written.")
-    ] = Format.turtle,
+    form: Annotated[Format, output_option("--format", help="How it is written.")] = Format.turtle,
     graph: Annotated[
         GraphName, typer.Option("--graph", help="What things are, how they are now, or both.")
     ] = GraphName.merged,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", rich_help_panel=OUTPUT, help="Where to, not stdout."
-        ),
+        Path | None, output_option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
     ] = None,
     at: Annotated[
         str | None,
