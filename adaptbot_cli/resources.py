@@ -13,8 +13,8 @@ def bundled(kind: str) -> Path:
 
 def root_of(path: Path) -> Path | None:
     """Return the workspace below which a file is reached through no link: one in a folder
-    `transcripts` or `prompts`, unless it travels with the program. None for any other file."""
+    `transcripts`, `prompts` or `plans`, unless it travels with the program. None for others."""
     if any(path.is_relative_to(bundled(kind)) for kind in ("prompts", "transcripts", "starter")):
         return None
-    kinds = ("transcripts", "prompts")
+    kinds = ("transcripts", "prompts", "plans")
     return next((p.parent for p in list(path.parents)[:3] if p.name in kinds), None)

@@ -195,6 +195,10 @@ class Workspace:
             prompts / "library" / domain for prompts in (self.root / "prompts", bundled("prompts"))
         )
 
+    def kept_plans(self, domain: str) -> Path:
+        """Return the folder of the plans that were kept for tasks of a domain."""
+        return self.root / "plans" / domain
+
     def own_files(self) -> dict[str, bytes]:
         """Return the files that every workspace has, those that are not there yet."""
         files = {} if self.exists else {CONFIG: _FIRST_CONFIG.encode()}

@@ -1,16 +1,24 @@
 """Word knowledge from the shipped WordNet, read through nltk; and the lexicon that knows nothing.
 
 nltk and its index take longer to open than most commands to run, so they are opened for related
-words only. Which senses a word has, which every request asks, is looked up in the same files.
+words only, and what they were once asked is kept in the user's cache. Which senses a word has,
+which every request asks, is looked up in the same files.
 """
 
+import atexit
+import hashlib
 import io
+import json
+import sys
 import zlib
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import astuple
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple, Protocol, get_args
 
+from adaptbot_cli import cache
 from adaptbot_cli.core.words import NoLexicon, Related, Relation, Sense
 from adaptbot_cli.errors import LexiconError
 
@@ -31,13 +39,17 @@ ENDINGS: Final = {
     "v": "s: ies:y es:e es: ed:e ed: ing:e ing:",
 }
 """The inflections that WordNet detaches (morphy(7WN)), each with what is put in its place."""
+_KIND: Final = "words"
+_MOST_WORDS: Final = 5_000
+"""How many words are kept with what is related to them."""
 RELATIONS: Final[tuple[Relation, ...]] = get_args(Relation)
 
 
 class WordNet:
     """WordNet 3.0 as shipped with this package: no network, no nltk configuration.
 
-    Costs nothing until the first `related` call, which imports nltk and loads the index.
+    Costs nothing until the first `related` call for words that were not asked for before, which
+    imports nltk and loads the index.
     """
 
     def __init__(self, folder: Path = TARGET) -> None:
@@ -61,11 +73,15 @@ class WordNet:
 
         Raises LexiconError when a file is missing or damaged.
         """
-        nearest: dict[tuple[object, ...], Related] = {}
-        for related in sorted(self._related(word, fields - {OMITTED_FIELD}), key=_rank):
-            key = (related.sense, related.relation, related.word, related.field)
-            nearest.setdefault(key, related)
-        return tuple(nearest.values())
+        known = _answers(self._folder)
+        key = " ".join((word, *sorted(fields)))
+        if key not in known.answers:
+            nearest: dict[tuple[object, ...], Related] = {}
+            for related in sorted(self._related(word, fields - {OMITTED_FIELD}), key=_rank):
+                same = (related.sense, related.relation, related.word, related.field)
+                nearest.setdefault(same, related)
+            known.add(key, tuple(nearest.values()))
+        return known.answers[key]
 
     def _related(self, word: str, fields: frozenset[str]) -> Iterator[Related]:
         for sense in self._senses(word):
@@ -228,11 +244,45 @@ class _Lemmas:
 _lemmas = lru_cache(maxsize=1)(_Lemmas)
 
 
+class _Answers:
+    """The related words that were asked for, in this process or, as the cache tells, before."""
+
+    def __init__(self, folder: Path) -> None:
+        sums, code = _Files(folder).text(CHECKSUMS), Path(__file__).read_text("utf-8")
+        self._key = hashlib.sha256(f"{folder}\n{sums}{code}".encode()).hexdigest()
+        self.answers: dict[str, tuple[Related, ...]] = {}
+        with suppress(ValueError, TypeError, AttributeError):
+            kept = json.loads(cache.read(_KIND, self._key) or b"{}")
+            self.answers = {k: tuple(Related(*r) for r in found) for k, found in kept.items()}
+        self._new = False
+
+    def add(self, key: str, found: tuple[Related, ...]) -> None:
+        """Remember an answer; it is kept when the process ends."""
+        self.answers[key] = found
+        if not self._new:
+            self._new = True
+            atexit.register(self._keep)
+
+    def _keep(self) -> None:
+        kept = [*self.answers.items()][-_MOST_WORDS:]
+        record = {key: [astuple(related) for related in found] for key, found in kept}
+        cache.write(_KIND, self._key, json.dumps(record).encode(), 1)
+
+
+_answers = lru_cache(maxsize=1)(_Answers)
+
+
 @lru_cache(maxsize=1)
 def _open(folder: Path) -> _WordNetReader:
     """Open the files of a folder: once in a process, for half a second's work each time."""
-    from nltk.corpus.reader.wordnet import WordNetCorpusReader  # type: ignore[import-untyped]
-    from nltk.data import PathPointer  # type: ignore[import-untyped]
+    if absent := "scipy" not in sys.modules:
+        sys.modules["scipy"] = None  # type: ignore[assignment]
+    try:  # nltk takes scipy if it is there, which takes a second and a half, and is not used
+        from nltk.corpus.reader.wordnet import WordNetCorpusReader  # type: ignore[import-untyped]
+        from nltk.data import PathPointer  # type: ignore[import-untyped]
+    finally:
+        if absent:
+            del sys.modules["scipy"]
 
     files = _Files(folder)
 

@@ -5,6 +5,7 @@ Tab reads a graph twice. A Tab only looks: where anything is wrong it completes 
 command says why.
 """
 
+import hashlib
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -27,7 +28,7 @@ _FORM = b"names 1"
 
 _SAFE = re.compile(r"\w[\w.+~-]*")
 _ODD = re.compile(r"[^\w ,.+-]+")
-_REVISIONS = 50
+_REVISIONS, _MOST = 50, 32
 
 
 def index(home: "Workspace", domain: str) -> dict[str, list[str]]:
@@ -36,15 +37,18 @@ def index(home: "Workspace", domain: str) -> dict[str, list[str]]:
     Raises:
         UsageError, KnowledgeError, PackError: there is no such domain, or it cannot be read.
     """
-    from adaptbot_cli.adapters.store import usercache
+    from adaptbot_cli import cache
 
     files = home.files(domain)
-    held = (part for name, data in files.items() for part in (name.encode(), data))
-    path = usercache.place("names", _FORM, *held)
-    data = usercache.held(path)
+    digest = hashlib.sha256(_FORM)
+    for part in (part for name, data in files.items() for part in (name.encode(), data)):
+        digest.update(b"%d\n" % len(part))
+        digest.update(part)
+    key = digest.hexdigest()
+    data = cache.read("names", key)
     if data is None:
         data = "\n".join(_rows(files, str(home.folder(domain)))).encode()
-        usercache.hold(path, data)
+        cache.write("names", key, data, _MOST)
     found: dict[str, list[str]] = {"thing": [], "class": [], "action": [], "task": []}
     for row in data.decode().splitlines():
         kind, _, name = row.partition(" ")
@@ -135,11 +139,16 @@ def _settings(home: "Workspace", domain: str) -> Pairs:
     return ((name, "") for name in SETTINGS)
 
 
+def _plans(home: "Workspace", domain: str) -> Pairs:
+    return ((path.stem, "") for path in sorted(home.kept_plans(domain).glob("*.plan")))
+
+
 domains = _completer(lambda home, _: ((name, "") for name in home.domains()))
 things = _named("thing")
 taught = _named("thing", "action")
 anything = _named("thing", "class", "action", "task")
 tasks = _named("task")
+plans = _completer(_plans)
 runs = _completer(_runs)
 revisions = _completer(_revisions)
 settings = _completer(_settings)

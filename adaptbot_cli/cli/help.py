@@ -62,6 +62,9 @@ _EXAMPLES = {
         "adaptbot pending answer",
         "adaptbot pending answer --answers answers.yaml",
     ),
+    "plans": ("adaptbot plans", "adaptbot plans --domain household --json"),
+    "plans show": ("adaptbot plans show make_omelette",),
+    "plans drop": ("adaptbot plans drop make_omelette --yes",),
     "kg show": (
         "adaptbot kg show egg",
         "adaptbot kg show fridge --json",

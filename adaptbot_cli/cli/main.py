@@ -19,6 +19,7 @@ from adaptbot_cli.cli import (
     export,
     kg,
     pending,
+    plans,
     run,
     runs,
     trust,
@@ -54,6 +55,7 @@ app.command("check", rich_help_panel=_DO)(check.check)
 app.command("resume", rich_help_panel=_DO)(runs.resume)
 app.command("export", rich_help_panel=_DO)(export.export)
 app.add_typer(pending.app, name="pending", rich_help_panel=_DO)
+app.add_typer(plans.app, name="plans", rich_help_panel=_KNOW)
 app.add_typer(runs.app, name="runs", rich_help_panel=_LOOK)
 app.command("progress", rich_help_panel=_LOOK)(runs.progress)
 app.command("replay", rich_help_panel=_LOOK)(runs.replay)

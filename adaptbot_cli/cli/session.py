@@ -27,6 +27,7 @@ _HELP = (
     ("why NAME", "who taught it"),
     ("log", "what was taught, newest first"),
     ("undo", "take back the last thing learned"),
+    ("plans", "the plans that are kept for tasks"),
     ("domain NAME", "go on in another domain"),
     ("runs, resume, pending, …", "every command of `adaptbot --help`"),
     ("quit", "or Ctrl-D"),

@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from adaptbot_cli.core import asking, suggest, teach
+from adaptbot_cli.core.acts import rest
 from adaptbot_cli.core.amending import amended, unsolved
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson, alias, attribute_question
 from adaptbot_cli.core.names import nearest, normal, sentence_list
-from adaptbot_cli.core.plan import Task
+from adaptbot_cli.core.plan import KeptPlan, Task
 from adaptbot_cli.core.questions import (
     EDIT,
     LATER,
@@ -25,9 +27,9 @@ from adaptbot_cli.core.questions import (
     Suggestion,
 )
 from adaptbot_cli.core.refine.mend import Mended, mended
-from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.request import Reading
-from adaptbot_cli.core.run import Run, as_edited, forget_all, look_at
+from adaptbot_cli.core.run import Plans, Run, as_edited, forget_all, look_at
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
     Ask,
@@ -225,6 +227,44 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
     run.lessons = []
     run.revision = kept.revision or run.revision
     return bool(left_out)
+
+
+CHANGED, MET = "changed by hand", "met its goal in the world"
+"""Why a plan is offered to be kept."""
+
+
+def keep_plan(
+    run: Run, report: Report, outcome: Outcome | None, plans: Plans
+) -> Generator[Turn, Any, None]:
+    """Offer to keep a plan for its task that the person has changed, or that one of a model's has
+    met its goal with in the world, unless it is the one that is kept already; have it kept."""
+    agreed = (q.kind == "mend" and answer.value == YES for q, answer in run.asked.values())
+    why = CHANGED if run.edits or any(agreed) else MET if plans == "any" and run.acting else ""
+    done = outcome is not None and not outcome.error and not outcome.unmet
+    text = rest(step for step in report.steps if step.done in (None, "done"))
+    if not (why and done and report.executable) or text == run.recalled or run.stopped:
+        return
+    question = Question(
+        "plan",
+        normal(run.task.name),
+        f'Shall I keep this plan for "{run.task.name}"?',
+        why,
+        choices=(
+            Choice(YES, "yes", "it comes first from now on", "y"),
+            Choice(NO, "no", key="n"),
+        ),
+    )
+    answer: Answer = yield Ask(question)
+    run.asked[question.key] = (question, answer)
+    if answer.value == LATER.value:
+        return
+    run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    if answer.value == YES:
+        sentence = f'the plan for "{run.task.name}" is kept ({len(text.splitlines())} steps)'
+        lesson = Lesson(Delta(), question, answer, sentence, plan=KeptPlan(run.task, text))
+        kept: Kept = yield Keep(run.task, (lesson,))
+        run.kept.append(lesson)
+        run.revision = kept.revision or run.revision
 
 
 _CHOICES = (

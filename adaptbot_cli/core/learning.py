@@ -10,6 +10,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action, Domain, Kind, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, sound
+from adaptbot_cli.core.plan import KeptPlan
 from adaptbot_cli.core.questions import (
     LATER,
     NO,
@@ -31,7 +32,8 @@ class Lesson:
 
     `action` is the action as it is from now on, if that is what was taught; `replaces` the same
     before, if it was there; `notes` say in words what it takes, requires and changes. What holds
-    this `once` is forgotten when the run has ended, and is never reviewed or kept.
+    this `once` is forgotten when the run has ended, and is never reviewed or kept. `plan` is
+    one that is kept for the task.
     """
 
     delta: Delta
@@ -42,6 +44,7 @@ class Lesson:
     replaces: Action | None = None
     notes: tuple[str, ...] = ()
     once: bool = False
+    plan: KeptPlan | None = None
 
 
 def alias(kg: Kg, name: str, entity: URIRef) -> Delta:

@@ -111,7 +111,8 @@ class Naming:
                 if dish.endswith(" of") or errand:
                     continue  # "glass of", "water": what it is about is still to come
                 # "chicken soup" is a soup with chicken, whatever plan there is for it
-                if not any(_part_of(name, _plain(dish), self.domain) for name in classes):
+                parts = _plain(dish)
+                if not any(_part_of(name, parts, self.domain) for name in classes):
                     named.setdefault(normal(dish), Task(dish, thin=True))
             for name, task in named.items():
                 parts = tuple(w for w in words(name) if w not in english.DETERMINERS)

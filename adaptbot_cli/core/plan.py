@@ -157,6 +157,14 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
+class KeptPlan:
+    """A plan's text, one call a line, that is kept for a task."""
+
+    task: Task
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Constraint:
     """A diet or an allergen of the domain: what an item must be to be used at all.
 

@@ -18,6 +18,7 @@ QuestionKind = Literal[
     "goal",
     "confirm",
     "failed",
+    "plan",
 ]
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]
@@ -57,8 +58,9 @@ class Question:
     """A question to the person.
 
     `about` is the name asked about; `prop` the predicate's short name where one is asked for, the
-    plan's new text where a "mend" is offered; `choices` the answers offered; `known` the names to
-    pick from if it is another name for one of them, nearest first, `near` those of them that are
+    plan's new text where a "mend" is offered, why it is to be kept where a "plan" is; `choices` the
+    answers offered; `known` the names to pick from if it is another name for one of them, nearest
+    first, `near` those of them that are
     near enough to tell, `alike` those of these that are only spelled alike; `context` the step that
     raised it; `notes` lines to read before it; `label` the property in a word; `number` how a
     "value" is written: "number", "whole number" or "" for a text.
@@ -284,6 +286,11 @@ KINDS: Mapping[QuestionKind, Spec] = {
     "failed": Spec(
         "a step failed in the world and nothing mends it",
         "where a thing is or what is true of it; or what becomes of the step",
+    ),
+    "plan": Spec(
+        "a plan that the person changed runs and meets its goal, or a model's did so in the world",
+        "the plan: it is the first for this task from now on",
+        by_kind=True,
     ),
 }
 """Every kind of question. A kind more is a row here, and the words it is asked in."""

@@ -21,6 +21,10 @@ Policy = Literal["tutor", "paper"]
 Confirm = Literal["none", "irreversible", "each"]
 """Which steps the person must confirm before the world carries them out."""
 
+Plans = Literal["none", "changed", "any"]
+"""Which plans the person is offered to keep: those that they changed, or any that met its goal in
+the world too."""
+
 MOST_SEEN = 12
 """How many surprises a prompt describes at most: the latest."""
 
@@ -70,7 +74,8 @@ class Run:
     lessons that were committed, with the last `revision`, `once` those that hold in this run only;
     `went_back` is set when the person went back from the last review;
     `acting` is what has come of it in a world outside, None if the plan is only rehearsed;
-    `reprompted` are the findings that the planner was told of."""
+    `reprompted` are the findings that the planner was told of; `recalled` is the plan that was kept
+    for the task, if there was one."""
 
     kg: Kg
     task: Task
@@ -92,6 +97,7 @@ class Run:
     went_back: bool = False
     acting: Acting | None = None
     reprompted: list[Finding] = field(default_factory=list)
+    recalled: str = ""
 
     @property
     def answered(self) -> tuple[tuple[Question, Answer], ...]:
@@ -140,6 +146,7 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
     before = dict.fromkeys(f for f in run.reprompted if f not in turn.findings)
     run.reprompted += turn.findings
     proposal = yield replace(turn, before=tuple(before)[-MOST_BEFORE:])
+    run.recalled = proposal.text if proposal.source else run.recalled
     used = run.usage
     cost = proposal.cost_usd
     run.usage = replace(

@@ -47,7 +47,7 @@ class Proposal:
 
     `failure` says why there is no new text: then it is that of the last plan again. `reasoning` is
     what the model thought before it wrote the plan; `prompt` the style and the digest of what it
-    was told.
+    was told; `source` where a plan comes from that was kept for the task.
     """
 
     text: str
@@ -58,6 +58,7 @@ class Proposal:
     failure: str = ""
     reasoning: str = ""
     prompt: str = ""
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from adaptbot_cli.core.acts import (
     with_failure,
 )
 from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
-from adaptbot_cli.core.dialogue import ask, confirmed, judged, keep, mend
+from adaptbot_cli.core.dialogue import ask, confirmed, judged, keep, keep_plan, mend
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Task
@@ -29,7 +29,17 @@ from adaptbot_cli.core.refine.check import lost_items
 from adaptbot_cli.core.refine.goals import check_goal, rehearsed
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.request import Reading
-from adaptbot_cli.core.run import Acting, Confirm, Parse, Policy, Run, forget_all, look_at, propose
+from adaptbot_cli.core.run import (
+    Acting,
+    Confirm,
+    Parse,
+    Plans,
+    Policy,
+    Run,
+    forget_all,
+    look_at,
+    propose,
+)
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Executed, Propose, Turn, Understood
 
@@ -47,6 +57,7 @@ def pursue(
     full: bool = False,
     world: Confirm | None = None,
     done: Sequence[str] = (),
+    plans: Plans = "none",
 ) -> Turns:
     """Pursue a task: yield turns, receive replies, return the `Result` (paper, Algorithm 1).
 
@@ -54,7 +65,8 @@ def pursue(
     about required items that are unknown first, and guards them against being lost. `full` asks
     everything about a new thing, not only what this plan needs. `world` says which steps the person
     confirms in a world outside; without one the plan is only rehearsed. `done` are calls that were
-    carried out there before, in a run that was cut off.
+    carried out there before, in a run that was cut off; `plans` says which plans the person is
+    offered to keep for the task.
 
     When the person goes back to an earlier question, the run starts again with its journal; once
     the robot has begun to act, nothing is gone back on.
@@ -79,6 +91,8 @@ def pursue(
             forget_all(run)
             journal.reopen(back.to)
             usage = replace(run.usage, questions=0)
+    if plans != "none":
+        yield from keep_plan(run, report, outcome, plans)
     run.lessons = []
     forget_all(run)  # what held this once
     return Result(
@@ -104,6 +118,7 @@ def pursue_each(
     world: Confirm | None = None,
     done: Sequence[str] = (),
     over: Sequence[tuple[str, str]] = (),
+    plans: Plans = "none",
 ) -> Turns:
     """Pursue every task of a request, each on the state that the one before has left.
 
@@ -128,7 +143,9 @@ def pursue_each(
         elif before is not None and before.outcome is not None and before.verdict == "executable":
             for delta in before.outcome.deltas:
                 kg.apply(delta)
-        results.append((yield from pursue(task, kg, parse, policy, replans, full, world, done)))
+        results.append(
+            (yield from pursue(task, kg, parse, policy, replans, full, world, done, plans))
+        )
         done = ()
     if not results:
         message = (

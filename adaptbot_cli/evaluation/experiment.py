@@ -272,6 +272,7 @@ class Setting:
     unseen: bool = False
     seconds: float = SECONDS
     answers: Path | None = None
+    keep: bool = False
 
     def as_json(self) -> Json:
         """Return what makes a difference to the figures, for the report."""
@@ -289,6 +290,7 @@ class Setting:
             **(self._asked() if self.model else {}),
             **({"world": "truth"} if self.world else {}),
             **({"planted": self.planted} if self.planted else {}),
+            **({"keep_plans": True} if self.keep else {}),
             "version": __version__,
         }
 
@@ -363,7 +365,7 @@ class Experiment:
         return [results.done[key] for key in order]
 
     def _first_answers(self) -> None:
-        if self.rules.model is None:
+        if self.rules.model is None or self.rules.keep:  # what was kept is shown to the model
             return
         for n, row in enumerate(self.rows):
             first = first_answer(row, self.world, self.rules)
@@ -416,6 +418,7 @@ def prepare(setting: Setting, rows: Sequence[Recording], workspace: Workspace) -
         setting.unseen,
         setting.seconds,
         setting.answers,
+        setting.keep,
     )
     return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
 

@@ -19,7 +19,8 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner import tokens
 from adaptbot_cli.adapters.planner.budget import SECONDS, Asking, Budget, Limits
 from adaptbot_cli.adapters.planner.choice import LIBRARY
-from adaptbot_cli.adapters.planner.library import Library
+from adaptbot_cli.adapters.planner.kept import KeptFirst, plan_of
+from adaptbot_cli.adapters.planner.library import Library, LibraryPlan
 from adaptbot_cli.adapters.planner.local import Board, model_file, on_board
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Part, Prompts, style_of
@@ -39,6 +40,7 @@ from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.request import understand
+from adaptbot_cli.core.run import Plans
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
@@ -100,7 +102,8 @@ class Rules:
     `prompt`, without the parts to `leave_out`, and if `unseen` without the library's own plan of
     the task; it has `seconds` for a trial, and what it has answered is kept in the file `answers`.
     With `world` plans are carried
-    out in the truth, which no arm sees whole, and judged there."""
+    out in the truth, which no arm sees whole, and judged there. With `keep` the person agrees to
+    keep each plan that is offered to be kept; it comes first for its task, and is an example."""
 
     policy: Policy = "tutor"
     replans: int = 3
@@ -114,6 +117,7 @@ class Rules:
     unseen: bool = False
     seconds: float = SECONDS
     answers: Path | None = None
+    keep: bool = False
 
 
 @dataclass(frozen=True)
@@ -287,7 +291,8 @@ def perform(
     started = time.perf_counter()
     kg = basis.fresh(carried)
     task = task_of(row, kg)
-    planner = Listening(_planner(row, arm, rules, basis, kg))
+    kept = tuple(plan_of(lesson) for lesson in reversed(carried) if lesson.plan)
+    planner = Listening(KeptFirst(kept, _planner(row, arm, rules, basis, kg, kept)))
     person = SimulatedHuman(basis.true, rules.human_error, f"{rules.seed}|{row.id}")
     human = person if arm == "llm+kg+human" else AbsentHuman()
     home = SimulatedHome(kg, basis.home(), "truth", seed=rules.seed) if rules.world else None
@@ -319,12 +324,16 @@ def live(rules: Rules, basis: Basis, kg: Kg) -> Planner:
     return _asked(rules, _model(rules, basis, kg))
 
 
-def _planner(row: Recording, arm: str, rules: Rules, basis: Basis, kg: Kg) -> Planner:
+def _planner(
+    row: Recording, arm: str, rules: Rules, basis: Basis, kg: Kg, kept: tuple[LibraryPlan, ...]
+) -> Planner:
     if rules.model == LIBRARY:
         return live(rules, basis, kg)  # it says the same each time, and costs nothing
     if rules.model is None:
         return Recorded(row.model, row.said(arm), _prompts(basis, kg, rules))
-    model = _model(rules, basis, kg)
+    model = _model(rules, basis, kg, kept)
+    if not row.answers:
+        return _asked(rules, model)
     return Recorded(row.model, row.said(arm), model.prompts, _asked(rules, model))
 
 
@@ -339,11 +348,11 @@ def _board(name: str) -> Board:
     return Board(model_file(name))
 
 
-def _model(rules: Rules, basis: Basis, kg: Kg) -> Model:
+def _model(rules: Rules, basis: Basis, kg: Kg, kept: tuple[LibraryPlan, ...] = ()) -> Model:
     name = rules.model or LIBRARY
     return Model(
         name,
-        _prompts(basis, kg, rules),
+        _prompts(basis, kg, rules, kept),
         Asking(api_base=rules.api_base),
         Budget(Limits(seconds=rules.seconds)),
         secrets(os.environ, rules.api_base),
@@ -351,9 +360,9 @@ def _model(rules: Rules, basis: Basis, kg: Kg) -> Model:
     )
 
 
-def _prompts(basis: Basis, kg: Kg, rules: Rules) -> Prompts:
-    style = style_of(rules.prompt)
-    return Prompts(bundled("prompts"), kg, basis.library, style, rules.leave_out, rules.unseen)
+def _prompts(basis: Basis, kg: Kg, rules: Rules, kept: tuple[LibraryPlan, ...] = ()) -> Prompts:
+    how = style_of(rules.prompt), rules.leave_out, rules.unseen
+    return Prompts(bundled("prompts"), kg, basis.library, *how, kept)
 
 
 def _turns(arm: str, task: Task, kg: Kg, rules: Rules, home: SimulatedHome | None) -> Turns:
@@ -362,7 +371,8 @@ def _turns(arm: str, task: Task, kg: Kg, rules: Rules, home: SimulatedHome | Non
         here = home.truth if home else kg
         return unaided(task, here, parser(here), replans)
     world: Confirm | None = "none" if home else None
-    return pursue(task, kg, parser(kg), rules.policy, replans, world=world)
+    plans: Plans = "any" if rules.keep else "none"
+    return pursue(task, kg, parser(kg), rules.policy, replans, world=world, plans=plans)
 
 
 def _in_world(trial: Trial, result: Result, home: SimulatedHome, basis: Basis) -> Trial:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli import bounded, trust
 from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.run import Plans
 from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
 from adaptbot_cli.core.world import STOPPED
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
+    from adaptbot_cli.adapters.planner.library import LibraryPlan
     from adaptbot_cli.adapters.store.keeper import Keeper, WorkspaceStart
     from adaptbot_cli.adapters.transcript import Recorder
     from adaptbot_cli.adapters.world.process import Process
@@ -106,6 +108,7 @@ class Session:
     state: str | None = None
     stopped: bool = False
     root: Path = Path()
+    plans: Plans = "none"
     over: tuple[tuple[str, str], ...] = ()
     done: tuple[str, ...] = ()
     revisions: list[str | None] = field(default_factory=lambda: [None, None])
@@ -128,6 +131,7 @@ class Session:
             request.confirm if self.ports.world else None,
             self.done,
             self.over,
+            self.plans,
         )
         try:
             result = drive(turns, self.ports)
@@ -171,6 +175,7 @@ def build(
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
+    from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
@@ -180,7 +185,8 @@ def build(
     kg = start.kg if start else load(workspace, request.domain)
     words = WordNet()
     read = reader(kg, workspace, request.requires, request.without, words)
-    planner = _planner(request, chosen, environ, kg, workspace, console)
+    kept = kept_plans(workspace.kept_plans(request.domain))
+    planner = _planner(request, chosen, environ, kg, workspace, console, kept)
     with ExitStack() as stack:
         if sharing is not None:
             sharing.inner, sharing.learn = planner, kg.learn
@@ -191,6 +197,9 @@ def build(
         nobody: Any = None
         # The library says the same however often it is asked: a re-prompt would tell it nothing.
         replans = 0 if chosen.model is None else request.replans
+        if kept and any(find(task, kept) for task in read(request.task).tasks):
+            planner = KeptFirst(kept, planner, chosen.model is not None)
+            replans = replans or 1  # if it no longer serves, the other planner is asked after all
         session = Session(request, kg, read, nobody, planner.name, screen, replans)
         session.asked = _asked_model(request, chosen)
         session.root = workspace.root
@@ -198,6 +207,7 @@ def build(
         transcript = session.transcript = _transcript(request, workspace)
         store: Store = Nowhere()
         if start is not None:
+            session.plans = "changed" if chosen.model is None else "any"
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
             _show_edits(console, session.edited, kg)
@@ -276,6 +286,7 @@ def _planner(
     kg: "Kg",
     workspace: Workspace,
     console: "Console",
+    kept: "Sequence[LibraryPlan]",
 ) -> Planner:
     from adaptbot_cli.resources import bundled
 
@@ -294,7 +305,13 @@ def _planner(
     limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
     return Model(
         chosen.model,
-        Prompts(bundled("prompts"), kg, library, style_of(request.prompt)),
+        Prompts(
+            bundled("prompts"),
+            kg,
+            library,
+            style_of(request.prompt),
+            kept=tuple(kept),
+        ),
         Asking(request.temperature, request.seed, chosen.api_base),
         Budget(limits, spent(request.resumes) if request.resumes else []),
         secrets(environ, chosen.api_base),
@@ -357,13 +374,15 @@ def keeper_of(
     request: Request, workspace: Workspace, planner: str, transcript: Path | None
 ) -> "Keeper":
     """Return the store of a workspace's domain, with where what it keeps will come from."""
+    from adaptbot_cli.adapters.planner.kept import plan_file
     from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper
 
     name = ""
     if transcript is not None:
         inside = transcript.is_relative_to(workspace.transcripts)
         name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
-    return Keeper(workspace.root, request.domain, CommitSource(planner, name, started))
+    source = CommitSource(planner, name, started)
+    return Keeper(workspace.root, request.domain, source, plan_file=plan_file)
 
 
 @contextmanager

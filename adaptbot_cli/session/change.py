@@ -63,6 +63,51 @@ def commit(home: Home, proposal: ProposedChange) -> str | None:
     return store.change(proposal.delta, compose(proposal.subject, trailers))
 
 
+@dataclass(frozen=True, slots=True)
+class KeptFile:
+    """A plan's file by its path in the workspace, and what it is to hold: None if it is to go."""
+
+    path: str
+    content: bytes | None = None
+
+
+def last_plan(home: Home) -> KeptFile | None:
+    """Return the plan that was kept last, with what was there before, if it still stands and
+    nothing was learned since."""
+    from adaptbot_cli.adapters.store import files
+    from adaptbot_cli.adapters.store.git import Repo
+    from adaptbot_cli.adapters.store.trailers import answers, parse
+
+    root, folder = home.workspace.root, f"plans/{home.domain}"
+    repo = Repo.open(root) if home.workspace.exists else None
+    if repo is None:
+        return None
+    learned = last_learned(home)
+    for commit in repo.log([folder]):
+        if learned is not None and not repo.leads_to(learned, commit.sha):
+            return None
+        before = repo.folder(folder, commit.parents[0]) if commit.parents else {}
+        for name, blob in repo.folder(folder, commit.sha).items():
+            stands = files.read(root, f"{folder}/{name}") == repo.blob(blob)
+            if before.get(name) != blob and stands and answers(parse(commit.message)[2]):
+                old = before.get(name)
+                return KeptFile(f"{folder}/{name}", repo.blob(old) if old else None)
+    return None
+
+
+def keep_file(home: Home, file: KeptFile, subject: str) -> str | None:
+    """Write or remove a plan's file; return the revision.
+
+    Raises:
+        KnowledgeError: it cannot be written; nothing has changed then.
+    """
+    from adaptbot_cli.adapters.store.trailers import compose
+
+    by = person()
+    message = compose(subject, [("By", by)] if by else [])
+    return keeper(home).change(Delta(), message, others={file.path: file.content})
+
+
 def judge(home: Home, delta: Delta) -> None:
     """Judge a change as its commit would. Raises KnowledgeError: the domain does not allow it."""
     from adaptbot_cli.adapters.store.keeper import Held, refusal

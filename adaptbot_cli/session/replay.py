@@ -89,6 +89,7 @@ def replay(
         ended = (e if isinstance(e, list) and len(e) == 2 else [e, GOAL_MET] for e in found)
         over = tuple((str(name), str(why)) for name, why in ended)
         how = (policy, replans, full, world, tuple(map(str, done)), over)
-        result = drive(pursue_each(text, read_it, kg, parser(kg), *how), ports)
+        turns_again = pursue_each(text, read_it, kg, parser(kg), *how, plans="any")
+        result = drive(turns_again, ports)
     player.end(result)
     return result

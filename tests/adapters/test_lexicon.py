@@ -133,7 +133,7 @@ def test_the_senses_of_a_word_are_those_that_nltk_reads(wordnet: Lexicon) -> Non
 
 
 def test_a_missing_folder_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(LexiconError, match="Cannot read .*lexnames"):
+    with pytest.raises(LexiconError, match="Cannot read .*CHECKSUMS"):
         WordNet(tmp_path).related("skillet", ARTIFACT)
 
 
@@ -200,3 +200,26 @@ def test_no_lexicon_knows_nothing() -> None:
     lexicon: Lexicon = NoLexicon()
 
     assert lexicon.related("skillet", ARTIFACT) == ()
+
+
+def test_answers_are_kept_for_the_next_process_and_damage_to_them_does_no_harm(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    code = (
+        "import sys; from adaptbot_cli.adapters.lexicon import WordNet;"
+        "print(WordNet().related('skillet', frozenset({'noun.artifact'})), 'nltk' in sys.modules)"
+    )
+
+    def asked() -> str:
+        return subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, check=True, text=True
+        ).stdout
+
+    first = asked()
+    assert "pan" in first and first.endswith("True\n")
+    assert asked() == first.replace("True\n", "False\n")
+    (kept,) = (tmp_path / "adaptbot" / "words").iterdir()
+    for content in (b"", b"\xff", b"[1]", b'{"skillet noun.artifact": [[1]]}', b"{"):
+        kept.write_bytes(content)
+        assert asked() == first

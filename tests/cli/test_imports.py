@@ -27,10 +27,11 @@ def test_help_needs_nothing_slow(used: Home, arguments: list[str]) -> None:
     assert "typer" in found
 
 
-def test_a_run_with_the_library_needs_no_model(used: Home) -> None:
-    found = imported(used, "run", "make omelette", "--dry-run")
+def test_a_run_with_the_library_needs_no_model_and_asks_for_a_word_once(home: Home) -> None:
+    found = imported(home, "run", "make omelette", "--dry-run")
     assert {"rdflib", "nltk"} <= found  # the skillet is looked up
-    assert found & {"litellm", "openai", "prompt_toolkit"} == set()
+    assert found & {"litellm", "openai", "prompt_toolkit", "scipy"} == set()
+    assert "nltk" not in imported(home, "run", "make omelette", "--dry-run")
 
 
 def test_words_are_looked_up_only_where_one_is_unknown(used: Home) -> None:

@@ -15,6 +15,7 @@ from tests.modelserver import scripted_model
 SNACK = "make a snack"
 HOW = 'I do not know how to "{}"'
 KEEP = ("Keep this?", ENTER)
+NOT_AGAIN = ("Shall I keep this plan", "n")
 
 
 @contextmanager
@@ -161,7 +162,7 @@ def test_a_plan_is_changed_instead_of_answering(home: Home, kind: str) -> None:
         scripted_model(text) as model,
         snack(home, "--replans", "0", **model.environment()) as opened,
     ):
-        opened.answers((HOW.format("fly"), "e"), *dialogue)
+        opened.answers((HOW.format("fly"), "e"), *dialogue, NOT_AGAIN)
         assert runs(opened)
     assert edits(home) == [(kind, f"{wanted}\n")]
     assert replays(home)
@@ -205,7 +206,7 @@ def test_a_plan_is_looked_over_before_its_execution(home: Home, kind: str) -> No
         scripted_model(CARROT) as model,
         snack(home, "--edit", **model.environment()) as opened,
     ):
-        opened.answers(*dialogue, ("Shall it change", "l"))
+        opened.answers(*dialogue, ("Shall it change", "l"), NOT_AGAIN)
         assert runs(opened)
     assert edits(home) == [(kind, f"{wanted}\n")]
     assert replays(home)
@@ -230,6 +231,7 @@ def test_a_rejected_plan_goes_to_the_model_with_the_reason(home: Home) -> None:
             (HOW.format("fly"), "e"),
             ("How shall", "x"),
             ("What is wrong", f"no flying in the kitchen{ENTER}"),
+            NOT_AGAIN,
         )
         assert runs(opened)
     assert "a person has rejected this plan: no flying in the kitchen" in model.prompts[-1]
@@ -253,6 +255,7 @@ def test_a_call_that_cannot_be_read_stays_to_be_mended(home: Home, tmp_path: Pat
             ("Replace which", f"slice{ENTER}"),
             ("becomes", f"{CTRL_U}do something nice{ENTER}{CTRL_U}clean(carrot){ENTER}"),
             ("Shall it change", "l"),
+            NOT_AGAIN,
         )
         assert runs(opened)
     assert edits(home)[0][1].splitlines()[0] == 'clean("carrot")'

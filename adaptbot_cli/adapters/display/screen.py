@@ -92,6 +92,8 @@ class Screen:
             self._note(mark, f"checked: {summary(turn.report)}")
         elif isinstance(reply, Proposal) and reply.failure:
             self._note(WARNING, reply.failure)
+        elif isinstance(reply, Proposal) and reply.source:
+            self._note(PASSING, f"the plan that is kept for this task ({reply.source})")
         elif isinstance(turn, Learned):
             self._note(GOOD, f"noted: {turn.lesson.sentence}")
         elif isinstance(turn, Executed):

@@ -151,7 +151,11 @@ _SLIPS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 @dataclass(frozen=True, slots=True)
 class LibraryPlan:
-    """One plan of the library: the names it serves, its usual ingredients, its template."""
+    """One plan of the library: the names it serves, its usual ingredients, its template.
+
+    One that was `kept` for a task (planner/kept.py) has where it comes from, and what was `asked`
+    beside the name; its text is no template.
+    """
 
     path: Path
     names: tuple[str, ...]
@@ -159,6 +163,8 @@ class LibraryPlan:
     ingredients: tuple[str, ...]
     roles: dict[str, list[str]]
     body: str
+    asked: dict[str, Any] = field(default_factory=dict)
+    kept: dict[str, Any] = field(default_factory=dict)
 
     def render(self, task: str, items: Iterable[str], asked: Task | None = None) -> str:
         """Write the plan for a task's items, one call a line. Raises PackError.
@@ -166,6 +172,8 @@ class LibraryPlan:
         What was `asked` gives the template the `place` to bring things to and what is to be
         `inside` which vessel.
         """
+        if self.kept:
+            return self.body
         asks: dict[str, Any] = {"place": asked.place, "inside": dict(asked.inside)} if asked else {}
         try:
             template = _JINJA.read(self.body)
@@ -234,6 +242,8 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
             _words(front, "ingredients"),
             {str(role): list(_words(front["roles"], role)) for role in front.get("roles") or ()},
             parts[2],
+            dict(front.get("asked") or {}),
+            dict(front.get("kept") or {}),
         )
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         text = " ".join(str(error).split())
@@ -261,12 +271,12 @@ def _refuse(key: str) -> tuple[str, ...]:
 
 def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
     """Return the plan with the longest name whose words the task all has, and that name."""
-    names = _folded(task)
+    names = folded(task)
     fitting = [
-        ((len(_folded(name)), len(name)), name, plan)
+        ((len(folded(name)), len(name)), name, plan)
         for plan in library
         for name in plan.names
-        if _folded(name) <= names
+        if folded(name) <= names
     ]
     if not fitting:
         return None
@@ -281,7 +291,8 @@ def _serves(folders: tuple[Path, ...], task: str) -> bool:
         return False
 
 
-def _folded(text: str) -> frozenset[str]:
+def folded(text: str) -> frozenset[str]:
+    """Return the words of a text in the singular, in no order."""
     return frozenset((singulars(word) or (word,))[0] for word in words(text))
 
 

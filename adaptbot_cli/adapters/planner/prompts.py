@@ -88,7 +88,7 @@ def style_of(option: str) -> Style:
 @dataclass(frozen=True)
 class Prompts:
     """The prompts of a domain. `folder` holds the templates, `library` names the folders of the
-    example plans, if they are not below it.
+    example plans, if they are not below it; `kept` are plans of this home that go before those.
 
     For experiments `leave_out` are parts that the prompts lack, and with `unseen` the plan that the
     library has for a task itself is neither its example nor looked into.
@@ -100,6 +100,7 @@ class Prompts:
     style: Style = "plain"
     leave_out: frozenset[Part] = frozenset()
     unseen: bool = False
+    kept: tuple[LibraryPlan, ...] = ()
 
     def messages(self, turn: Propose) -> list[Message]:
         """Return the chat messages that ask for a plan, or for a better one.
@@ -163,7 +164,7 @@ class Prompts:
     def plans(self) -> list[LibraryPlan]:
         """Read the plans that examples are taken from. Raises PackError."""
         bundled = self.folder / "library" / self.kg.domain.name
-        return read_library(*(self.library or (bundled,)))
+        return [*self.kept, *read_library(*(self.library or (bundled,)))]
 
     def _render(self, name: str, **values: object) -> str:
         loader = jinja2.FileSystemLoader(self.folder)

@@ -5,6 +5,7 @@ read without a fault is not read again until its files or this program change. W
 workspace's: it lies where only the user writes, and what is taken from there is values alone.
 """
 
+import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
@@ -13,10 +14,13 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
-from adaptbot_cli import core
-from adaptbot_cli.adapters.store import usercache
+from adaptbot_cli import cache, core
 from adaptbot_cli.core import domain, plan
 from adaptbot_cli.core.domain import Domain
+
+_KIND: Final = "domains"
+_MOST: Final = 32
+"""How many domains are kept; those longest unused go."""
 
 _RDF: Final = ("URIRef", "Literal", "Variable")
 
@@ -29,15 +33,23 @@ def kept(files: tuple[bytes, ...], read: Callable[[], Read]) -> Read:
 
     Raises what `read` raises: nothing is kept of a pack with faults.
     """
-    path = usercache.place("domains", _program().encode(), *files)
+    key = _key(files)
+    data = cache.read(_KIND, key)
     with suppress(ValueError, TypeError, AttributeError, EOFError, pickle.PickleError):
-        data = usercache.held(path)
-        found: Read | None = _Values(BytesIO(data)).load() if data is not None else None
-        if found is not None and isinstance(found[0], Domain):
+        found: Read = _Values(BytesIO(data or b"")).load()
+        if isinstance(found[0], Domain):
             return found
     read_now = read()
-    usercache.hold(path, pickle.dumps(read_now, protocol=5))
+    cache.write(_KIND, key, pickle.dumps(read_now, protocol=5), _MOST)
     return read_now
+
+
+def _key(files: tuple[bytes, ...]) -> str:
+    digest = hashlib.sha256(_program().encode())
+    for data in files:
+        digest.update(b"%d\n" % len(data))
+        digest.update(data)
+    return digest.hexdigest()
 
 
 @lru_cache(maxsize=1)

@@ -41,6 +41,9 @@ _COMMENTS = re.compile(r"^(?:[ \t]*#[^\n]*(?:\n|\Z))++", re.MULTILINE)
 _BEHIND = re.compile(r"[^\s.][ \t]+#")
 _TRIES = 20
 T = TypeVar("T")
+PlanFile = Callable[[Lesson, str, str], tuple[str, bytes]]
+"""Returns the name and the content of the file of a plan that is to be kept, from the lesson that
+says so, the planner's name and the transcript's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,13 +164,15 @@ class Keeper:
     """The store of a domain in a workspace that `start` has made ready.
 
     Whatever is committed is judged on the files as they are at that moment, not on the graph that
-    the run started from; they are read again only if they have changed.
+    the run started from; they are read again only if they have changed. `plan_file` writes a plan
+    that is to be kept.
     """
 
     root: Path
     domain: str
     origin: CommitSource
     held: Held | None = None
+    plan_file: PlanFile | None = None
 
     @property
     def _where(self) -> str:
@@ -189,7 +194,13 @@ class Keeper:
         text = f" {self.origin.transcript}" if self.origin.transcript else ""
         hint = f"the answers are in the transcript{text}"
         change = net(lesson.delta for lesson in turn.lessons)
-        return Kept(self.change(change, message, turn.lessons, hint))
+        plans: dict[str, bytes | None] = {}
+        for lesson in turn.lessons:
+            if lesson.plan and self.plan_file is not None:
+                source = self.origin.planner, self.origin.transcript
+                name, data = self.plan_file(lesson, *source)
+                plans[f"plans/{self.domain}/{name}"] = data
+        return Kept(self.change(change, message, turn.lessons, hint, plans))
 
     def believe(self, turn: Believe) -> Kept:
         """Commit what a step did and what was seen then, with the step. Raises as `keep` does."""
@@ -212,12 +223,18 @@ class Keeper:
         return self.change(net(deltas), message, hint="what was learned has been kept")
 
     def change(
-        self, change: Delta, message: str, lessons: Sequence[Lesson] = (), hint: str = ""
+        self,
+        change: Delta,
+        message: str,
+        lessons: Sequence[Lesson] = (),
+        hint: str = "",
+        others: Mapping[str, bytes | None] = {},
     ) -> str | None:
         """Commit a change of facts if the files, as they are now, allow it; return the revision.
 
         A change that is there already makes no commit. `lessons` are what it comes from, named
-        where it is refused; `hint` ends the refusal.
+        where it is refused; `hint` ends the refusal; `others` are files that are written or, with
+        None, removed beside those of facts.
 
         Raises:
             KnowledgeError: as `keep` does.
@@ -232,11 +249,12 @@ class Keeper:
             broken = held.new_faults(change, changed) if changed else []
             if broken:
                 raise KnowledgeError(refusal(self._where, broken, lessons, hint))
-            if not changed:
-                return repo.head()
-            written: dict[str, bytes | None] = {
-                f"{self._where}/{name}": data for name, data in changed.items()
+            written = {
+                path: data for path, data in others.items() if data != disk.read(self.root, path)
             }
+            written |= {f"{self._where}/{name}": data for name, data in changed.items()}
+            if not written:
+                return repo.head()
             apart, staged = self._beside_edits(repo, held, change, written)
             for path in apart.keys() - written.keys():
                 written[path] = held.files[path.rpartition("/")[2]]

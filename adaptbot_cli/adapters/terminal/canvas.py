@@ -8,6 +8,7 @@ answered by a line.
 
 import os
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -94,8 +95,8 @@ def line(
         **terminal(console),
     )
     _stop_on_signal(prompt.application)
-    unread = None if follows else lambda: _forget_typed(prompt.application.input)
-    return str(prompt.application.run(pre_run=unread)).strip()
+    app = prompt.application
+    return str(app.run(pre_run=_unread(app, follows))).strip()
 
 
 def _stop_on_signal(application: Any) -> None:
@@ -167,11 +168,15 @@ def _by_keys(menu: "Menu", console: Console, follows: bool) -> Any:
         erase_when_done=True,
         **terminal(console),
     )
-    unread = [] if follows else [app.input]
-    app.before_render += lambda _: _forget_typed(unread.pop()) if unread else None
     app.ttimeoutlen = 0.05  # Esc alone is a key of its own
     app.timeoutlen = 0.05
-    return app.run()
+    return app.run(pre_run=_unread(app, follows))
+
+
+def _unread(app: Any, follows: bool) -> "Callable[[], None] | None":
+    """What throws away what was typed before a prompt was there. It is done before the terminal is
+    asked where its cursor is: else the answer to that goes with it."""
+    return None if follows else lambda: _forget_typed(app.input)
 
 
 def _keys(menu: "Menu") -> Any:

@@ -173,6 +173,7 @@ def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
             failed = {"failure": reply.failure} if reply.failure else {}
             thought = {"reasoning": reply.reasoning} if reply.reasoning else {}
             prompt = {"prompt": reply.prompt} if reply.prompt else {}
+            prompt |= {"source": reply.source} if reply.source else {}
             return {**prompt, **thought, "reply": reply.text, **calls, **spent, **cost, **failed}
         case Answer():
             to = {"to": key_fields(reply.to)} if reply.to is not None else {}

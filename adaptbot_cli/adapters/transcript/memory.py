@@ -69,7 +69,9 @@ class Memory:
                     self.task = str(document.get("task", ""))
                     findings = _texts(document.get("findings"))
                     prompt = (self.task, int(document.get("attempt", 0)), findings)
-                    self.proposals[prompt] = Proposal(document["reply"], calls=0)
+                    self.proposals[prompt] = Proposal(
+                        document["reply"], calls=0, source=str(document.get("source", ""))
+                    )
                     self.proposed = document["reply"]
                 case "checked":
                     self.checked = list(map(str, document.get("steps") or ()))

@@ -37,7 +37,7 @@ from adaptbot_cli.errors import ReplayError
 
 _GIVEN_BACK = frozenset(
     {
-        *("prompt", "reasoning"),
+        *("prompt", "reasoning", "source"),
         *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "last", "by"),
         *("suggestion", "suggestions"),
         *("at", "answers", "kept", "left_out", "back", "revision"),
@@ -81,7 +81,7 @@ class Player:
             self.at += 1
             self._known_keys(record)
             self._compare(record)
-        elif record["turn"] in ("propose", "ask", "act"):
+        elif record["turn"] in ("propose", "ask", "act") and record.get("kind") != "plan":
             raise self._differs(
                 f"the run comes to {_short(record)}, the transcript to {self._next()}"
             )
@@ -123,10 +123,13 @@ class Player:
             str(self.current.get("failure", "")),
             str(self.current.get("reasoning", "")),
             str(self.current.get("prompt", "")),
+            str(self.current.get("source", "")),
         )
 
     def ask(self, question: Question) -> Answer:
-        """Give the recorded answer."""
+        """Give the recorded answer; older transcripts lack the question whether to keep a plan."""
+        if not self.current and question.kind == "plan":
+            return LATER
         value = answer_text(self._given("answer"))
         to = key_of(self._given("to")) if value == "back" else None
         by, at = self.current.get("by", ""), str(self.current.get("at", ""))

@@ -41,6 +41,10 @@ def run(
     policy: options.PolicyOption = PolicyName.tutor,
     replans: options.ReplansOption = 3,
     cumulative: options.CumulativeOption = False,
+    keep_plans: Annotated[
+        bool,
+        typer.Option("--keep-plans", help="Keep plans that met their goal, with --cumulative."),
+    ] = False,
     human_error: options.ErrorOption = 0.0,
     seed: options.SeedOption = 0,
     model: Annotated[
@@ -78,12 +82,18 @@ def run(
     """
     from adaptbot_cli.adapters.planner.budget import SECONDS
     from adaptbot_cli.adapters.planner.local import on_board
+    from adaptbot_cli.errors import UsageError
     from adaptbot_cli.evaluation.experiment import Setting, prepare
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.recordings import read_recordings, read_tasks
     from adaptbot_cli.evaluation.report import report
 
     check(plot)
+    if keep_plans and not (cumulative and options.in_truth(world)):
+        raise UsageError(
+            "--keep-plans keeps what met its goal in the world, for the next tasks: add "
+            "--cumulative --world truth"
+        )
     home = workspace(workspace_dir)
     model, address = (None, None) if model is None else _planner(model, home, api_base)
     setting = Setting(
@@ -107,6 +117,7 @@ def run(
         unseen=unseen,
         seconds=timeout or SECONDS,
         answers=value,
+        keep=keep_plans,
         api_base=address,
     )
     rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)

@@ -12,12 +12,13 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     home_of,
+    print_json,
     terminal,
 )
-from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
+from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, agreed, carry_out
 
 if TYPE_CHECKING:
-    from adaptbot_cli.session.change import ProposedChange
+    from adaptbot_cli.session.change import KeptFile, ProposedChange
     from adaptbot_cli.session.knowledge import Home
 
 
@@ -121,10 +122,29 @@ def undo(
     home = home_of(workspace_dir, domain)
     if suggestions:
         return _taken_back(home, change.suggestions(home), yes, dry_run, json)
+    plan = change.last_plan(home)
+    if plan is not None:
+        return _plan_taken_back(home, plan, yes, dry_run, json)
     latest = change.last_learned(home)
     if latest is None:
         raise UsageError(f"nothing that was learned of the {home.domain} is left to take back")
     return revert(latest, None, yes, dry_run, domain, json, workspace_dir)
+
+
+def _plan_taken_back(home: "Home", plan: "KeptFile", yes: bool, dry_run: bool, json: bool) -> int:
+    """Carry out that a kept plan is dropped, or the one before it put back."""
+    from adaptbot_cli.session.change import keep_file
+
+    name = plan.path.rpartition("/")[2]
+    text = f"drop the kept plan {name}" if plan.content is None else f"put back {name} as it was"
+    out, revision = console(stderr=json), None
+    out.print(f"- {text}", markup=False)
+    if not dry_run and (yes or agreed(out, "Commit this?")):
+        revision = keep_file(home, plan, text)
+        out.print(f"✓ committed as {(revision or '')[:7]}", style="green", markup=False)
+    if json:
+        print_json({"revision": revision, "plan": plan.path})
+    return 0
 
 
 def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:

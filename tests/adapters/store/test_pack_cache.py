@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.adapters.store import reading, usercache
+from adaptbot_cli import cache
+from adaptbot_cli.adapters.store import reading
 from adaptbot_cli.adapters.store.reading import load_domain, read_files
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.errors import PackError
@@ -92,12 +93,12 @@ def test_a_pack_with_faults_is_refused_each_time(folder: Path) -> None:
 
 
 def test_only_the_newest_are_kept(folder: Path) -> None:
-    usercache.hold(folder / "old", b"")
+    cache.write("domains", "old", b"", 3)
     os.utime(folder / "old", (1, 1))
-    for number in range(usercache._MOST):
-        usercache.hold(folder / str(number), b"")
+    for number in range(3):
+        cache.write("domains", str(number), b"", 3)
 
-    assert len(list(folder.iterdir())) == usercache._MOST
+    assert len(list(folder.iterdir())) == 3
     assert not (folder / "old").exists()
 
 

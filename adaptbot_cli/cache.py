@@ -1,0 +1,42 @@
+"""The user's cache: what was once worked out of some bytes, kept by their digest.
+
+It lies where only the user writes, never in a workspace; whatever is wrong with it costs time, and
+nothing else.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+
+def read(kind: str, key: str) -> bytes | None:
+    """Return what is kept under a key, None if nothing is or it may be somebody else's."""
+    with suppress(OSError):
+        path = _folder(kind) / key
+        if path.stat().st_uid == os.getuid():
+            os.utime(path)
+            return path.read_bytes()
+    return None
+
+
+def write(kind: str, key: str, data: bytes, most: int) -> None:
+    """Keep bytes under a key; of more than `most` of a kind those longest unused go."""
+    with suppress(OSError):  # a disk that is full or read-only
+        path = _folder(kind) / key
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        new = path.with_name(f"{path.name}.{os.getpid()}")
+        new.write_bytes(data)
+        new.replace(path)
+        for old in list(_by_use(path.parent))[:-most]:
+            old.unlink(missing_ok=True)
+
+
+def _folder(kind: str) -> Path:
+    from platformdirs import user_cache_path
+
+    return user_cache_path("adaptbot", appauthor=False) / kind
+
+
+def _by_use(folder: Path) -> Iterator[Path]:
+    yield from sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime)
