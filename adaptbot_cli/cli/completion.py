@@ -50,9 +50,9 @@ def index(home: "Workspace", domain: str) -> dict[str, list[str]]:
         data = "\n".join(_rows(files, str(home.folder(domain)))).encode()
         cache.write("names", key, data, _MOST)
     found: dict[str, list[str]] = {"thing": [], "class": [], "action": [], "task": []}
-    for row in data.decode().splitlines():
+    for row in data.decode("utf-8", "replace").splitlines():
         kind, _, name = row.partition(" ")
-        found[kind].append(name)
+        found.get(kind, []).append(name)
     return found
 
 

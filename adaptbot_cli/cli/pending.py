@@ -67,7 +67,8 @@ def _show(found: "Open") -> None:
     tasks = {task for each in found.pending for task in each.tasks}
     text = f"{name}: no question is open"
     if found.pending:
-        text = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: adaptbot pending answer"
+        text = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: "
+        text += f"adaptbot pending answer --domain {name}"
     others = [f"{other} ({count})" for other, count in sorted(found.others.items())]
     text += f"; see --domain for {', '.join(others)}" if others else ""
     console().print(Text(text, "dim"))

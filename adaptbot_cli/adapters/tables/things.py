@@ -1,5 +1,6 @@
 """Tables of things, actions and tasks for the terminal, and the cells all tables share."""
 
+import shlex
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -199,7 +200,7 @@ def _part(title: str, rows: Sequence[tuple[Text, ...]]) -> list[RenderableType]:
     return [Text(title, "dim"), indented(rows)] if rows else []
 
 
-def task(record: Plain, missing: Sequence[str]) -> RenderableType:
+def task(record: Plain, missing: Sequence[str], domain: str) -> RenderableType:
     """Show a task: what it needs, what of that is not here, when it is not done."""
     parts: list[RenderableType] = [Text.assemble(cell(record["task"], "bold"), ("  task", "dim"))]
     if record["also_called"]:
@@ -208,5 +209,5 @@ def task(record: Plain, missing: Sequence[str]) -> RenderableType:
     if missing:
         parts.append(cell(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))
     parts += _part("not done if", [(cell(goal),) for goal in record["done_unless"]])
-    command = f'adaptbot run "{record["task"]}"'
+    command = f"adaptbot run {shlex.quote(record['task'])} --domain {domain}"
     return Group(*parts, cell(f"do it: {command}", "dim"))

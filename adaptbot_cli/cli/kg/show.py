@@ -1,5 +1,6 @@
 """`adaptbot kg show` and `stats`: what is known of this home."""
 
+import shlex
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -112,7 +113,9 @@ def _called(graph: "Kg", name: str) -> "Shown":
     if task is not None:
         wanted = describing.task(task, graph.domain)
         missing = [item for item in wanted["needs"] if not graph.find(item)]
-        return {**wanted, "missing": missing}, lambda: things.task(wanted, missing)
+        return {**wanted, "missing": missing}, lambda: things.task(
+            wanted, missing, graph.domain.name
+        )
     raise _unknown(graph, name)
 
 
@@ -121,16 +124,13 @@ def _unknown(graph: "Kg", name: str) -> Exception:
     from adaptbot_cli.core.learning import is_absent
     from adaptbot_cli.errors import UsageError
 
-    if is_absent(graph, name, "item"):
-        return UsageError(
-            f"{name} is not here, as a person has said; `adaptbot kg why` tells who, "
-            "`adaptbot kg retract` takes it back"
-        )
-    if is_absent(graph, name, "action"):
-        return UsageError(
-            f"{name} is not possible here, as a person has said; `adaptbot kg why` tells who, "
-            "`adaptbot kg retract` takes it back"
-        )
+    for kind, what in (("item", "here"), ("action", "possible here")):
+        if is_absent(graph, name, kind):
+            said = shlex.quote(name)
+            return UsageError(
+                f"{name} is not {what}, as a person has said; `adaptbot kg why {said}` tells who, "
+                f"`adaptbot kg retract {said}` takes it back"
+            )
     near = view.near(graph, name, whatever=True)
     hint = f"; near it: {', '.join(near)}" if near else ""
     return UsageError(f"no thing, class, action or task is called {name}{hint}")
