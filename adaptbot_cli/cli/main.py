@@ -190,5 +190,11 @@ def _say(text: str) -> None:
 
     message = visible(text)
     if at_terminal(sys.stderr):
-        message = textwrap.fill(message, shutil.get_terminal_size().columns, break_on_hyphens=False)
+        # A command is left to the terminal to wrap: a line break in it could not be pasted.
+        width = shutil.get_terminal_size().columns
+        text, _, remedy = message.rpartition("; ")
+        parted = text and PROGRAM in remedy and len(message) > width
+        lines = [text + ";", remedy] if parted else [message]
+        lines[0] = textwrap.fill(lines[0], width, break_on_hyphens=False)
+        message = "\n".join(lines)
     typer.echo(message, err=True)
