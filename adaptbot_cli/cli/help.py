@@ -124,9 +124,6 @@ _EXAMPLES = {
 """Lines to paste, by command."""
 
 
-_ESCAPED = re.compile(r"\[")
-
-
 def examples(path: str) -> tuple[str, ...]:
     """Return the examples on a command's page, such as that of "kg show"."""
     return _EXAMPLES.get(path, ())
@@ -145,7 +142,8 @@ def add_examples(app: typer.Typer, path: str = "") -> None:
 
 def _epilog(path: str) -> str | None:
     """The examples as typer shows them, which reads marks of rich."""
-    lines = [f"[cyan]{_ESCAPED.sub(chr(92) + '[', line)}[/cyan]" for line in examples(path)]
+    literal = (line.replace("[", "\\[") for line in examples(path))
+    lines = [f"[cyan]{line}[/cyan]" for line in literal]
     return "\n".join(["[dim]For example:[/dim]", *lines]) if lines else None
 
 
