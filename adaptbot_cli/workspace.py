@@ -3,7 +3,7 @@
 import difflib
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -48,27 +48,59 @@ def _iri(value: Any) -> bool:
     return isinstance(value, str) and re.fullmatch(whole, value) is not None
 
 
-_SETTINGS: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "model": ("a text", lambda value: isinstance(value, str)),
-    "api_base": ("an address such as http://127.0.0.1:8000/v1", _address),
-    "kg.endpoint": ("an address such as https://example.org/sparql", _address),
-    "kg.update_endpoint": ("an address such as https://example.org/update", _address),
-    **dict.fromkeys(("kg.attributes", "kg.state", "kg.log"), ("an IRI", _iri)),
-    "timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
-    "max_tokens": ("a number of tokens", lambda value: type(value) is int and value > 0),
-    "max_cost": ("an amount in US dollars", _number),
-    "temperature": ("a number from 0 to 2", lambda value: _number(value) and value <= 2),
-    "seed": ("a whole number", lambda value: type(value) is int),
-    "domain": ("a text", lambda value: isinstance(value, str)),
-    "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
-    "world": ("a text", lambda value: isinstance(value, str) and value != ""),
-    "act_timeout": ("a number of seconds", lambda value: _number(value) and value > 0),
-    "confirm": (
-        '"each", "irreversible" or "none"',
-        lambda value: value in ("each", "irreversible", "none"),
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What an adaptbot.toml may say: what kind of value, which values fit, and what holds without.
+
+    `variable` of the environment says the same; it goes before a workspace's file if `first`, and
+    before the user's own in any case.
+    """
+
+    kind: str
+    fits: Callable[[Any], bool]
+    default: Any = None
+    variable: str = ""
+    first: bool = True
+
+
+def _text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _one_of(*values: str) -> Setting:
+    named = ", ".join(f'"{value}"' for value in values[:-1])
+    kind = f'{named} or "{values[-1]}"'
+    return Setting(kind, lambda value: value in values, values[0])
+
+
+SETTINGS: dict[str, Setting] = {
+    "model": Setting("a text", _text, None, "ADAPTBOT_MODEL", first=False),
+    "api_base": Setting("an address such as http://127.0.0.1:8000/v1", _address),
+    "kg.endpoint": Setting(
+        "an address such as https://example.org/sparql", _address, None, "ADAPTBOT_KG_ENDPOINT"
     ),
-    "replans": ("a number from 0 to 20", lambda value: type(value) is int and 0 <= value <= 20),
+    "kg.update_endpoint": Setting(
+        "an address such as https://example.org/update",
+        _address,
+        None,
+        "ADAPTBOT_KG_UPDATE_ENDPOINT",
+    ),
+    **dict.fromkeys(("kg.attributes", "kg.state", "kg.log"), Setting("an IRI", _iri)),
+    "timeout": Setting("a number of seconds", lambda value: _number(value) and value > 0),
+    "max_tokens": Setting("a number of tokens", lambda value: type(value) is int and value > 0),
+    "max_cost": Setting("an amount in US dollars", _number),
+    "temperature": Setting("a number from 0 to 2", lambda v: _number(v) and v <= 2, 0.0),
+    "seed": Setting("a whole number", lambda value: type(value) is int, 0),
+    "domain": Setting("a text", _text, "kitchen"),
+    "policy": _one_of("tutor", "paper"),
+    "world": Setting("a text", lambda value: _text(value) and value != ""),
+    "act_timeout": Setting("a number of seconds", lambda v: _number(v) and v > 0, 60.0),
+    "confirm": _one_of("none", "each", "irreversible"),
+    "replans": Setting(
+        "a number from 0 to 20", lambda value: type(value) is int and 0 <= value <= 20, 3
+    ),
 }
+"""Every setting there is. Commands take what holds of one from `Workspace.setting`."""
 _IGNORED = "/transcripts/\n/.adaptbot/\n"
 
 
@@ -76,14 +108,31 @@ _IGNORED = "/transcripts/\n/.adaptbot/\n"
 class Workspace:
     """A workspace: `root`, and the settings that hold in it: its adaptbot.toml's, then the user's.
 
-    `ignored` are those of its adaptbot.toml that the user has not trusted; `passed_over` are files
-    of other accounts that would have made another folder the workspace.
+    `files_of` says which file each is from, `ignored` are those of its adaptbot.toml that the user
+    has not trusted; `named_by` says how the folder was found; `passed_over` are files of other
+    accounts that would have made another folder the workspace.
     """
 
     root: Path
-    settings: dict[str, Any] = field(default_factory=dict)
-    ignored: tuple[str, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    files_of: Mapping[str, Path] = field(default_factory=dict)
+    ignored: Mapping[str, Any] = field(default_factory=dict)
+    named_by: str = "--workspace"
     passed_over: tuple[Path, ...] = ()
+
+    def setting(self, name: str, said: Any = None) -> Any:
+        """Return what holds of a setting: what is `said` on the command line, what a file says, or
+        the default."""
+        return said if said is not None else self.settings.get(name, SETTINGS[name].default)
+
+    def origin(self, name: str, environ: Mapping[str, str]) -> tuple[Any, str]:
+        """Return what holds of a setting unless a command line says otherwise, and from where: a
+        file, a variable of the environment, or "" for the default."""
+        setting, said = SETTINGS[name], environ.get(SETTINGS[name].variable, "")
+        if said and (setting.first or name not in self.settings):
+            return said, setting.variable
+        file = self.files_of.get(name)
+        return self.setting(name), "" if file is None else str(file)
 
     @property
     def exists(self) -> bool:
@@ -127,7 +176,7 @@ class Workspace:
             UsageError: there is no such domain.
             KnowledgeError: the files cannot be read.
         """
-        from adaptbot_cli.adapters.store.reading import read_files
+        from adaptbot_cli.adapters.store.files import read_files
 
         folder = self.folder(domain)
         return read_files(folder, self.root if folder.is_relative_to(self.root) else None)
@@ -178,18 +227,22 @@ def find(option: Path | None) -> Workspace:
             be meant.
     """
     root, others = option or _from_environment(), list[Path]()
+    named_by = "--workspace" if option else "ADAPTBOT_WORKSPACE"
     if root is None:
         here = Path.cwd()
         found = [p for p in (here, *here.parents) if (p / CONFIG).is_file()]
         root = next((p for p in found if trust.is_ours(p / CONFIG)), None)
         others = [p / CONFIG for p in found[: found.index(root) if root else None]]
+        named_by = f"the nearest {CONFIG}" if root else "your data folder"
         root = root or _user_folder()
         _refuse_another_owner(root)
     settings, ignored = settings_of(root / CONFIG)
-    own, _ = settings_of(trust.own_settings_file(), own=True)
-    if os.environ.get("ADAPTBOT_MODEL"):
-        own.pop("model", None)
-    return Workspace(root, {**own, **settings}, tuple(ignored), tuple(others))
+    mine = trust.own_settings_file()
+    own, _ = settings_of(mine, own=True)
+    for name in [name for name in own if os.environ.get(SETTINGS[name].variable)]:
+        del own[name]
+    files = dict.fromkeys(own, mine) | dict.fromkeys(settings, root / CONFIG)
+    return Workspace(root, {**own, **settings}, files, ignored, named_by, tuple(others))
 
 
 def settings_of(path: Path, own: bool = False) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -252,16 +305,16 @@ def _settings(path: Path, content: bytes) -> dict[str, Any]:
     for name, value in bounded.parse_toml(content, path).items():
         table = value if name == "kg" and isinstance(value, dict) else {}
         settings |= {f"{name}.{key}": each for key, each in table.items()} or {name: value}
-    for name in sorted(settings.keys() - _SETTINGS.keys()):
-        raise KnowledgeError(f"{path}: there is no setting {name!r}; {_meant(name)}")
-    for name, (kind, fits) in _SETTINGS.items():
-        if name in settings and not fits(settings[name]):
+    for name in sorted(settings.keys() - SETTINGS.keys()):
+        raise KnowledgeError(f"{path}: there is no setting {name!r}; {meant(name)}")
+    for name, setting in SETTINGS.items():
+        if name in settings and not setting.fits(settings[name]):
             called = "the API base" if name == "api_base" else name
-            raise KnowledgeError(f"{path}: {called} must be {kind}, not {settings[name]!r}")
+            raise KnowledgeError(f"{path}: {called} must be {setting.kind}, not {settings[name]!r}")
     return settings
 
 
-def _meant(name: str) -> str:
-    """The setting that a name is nearest to, or all of them."""
-    near = difflib.get_close_matches(name, _SETTINGS, 1)
-    return f"did you mean {near[0]}?" if near else f"there are {', '.join(_SETTINGS)}"
+def meant(name: str) -> str:
+    """Return the setting that a name is nearest to, or all of them, as a hint."""
+    near = difflib.get_close_matches(name, SETTINGS, 1)
+    return f"did you mean {near[0]}?" if near else f"there are {', '.join(SETTINGS)}"

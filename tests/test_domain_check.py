@@ -11,7 +11,7 @@ from adaptbot_cli import session
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 
-FORM = re.compile(r"\S+\.(ttl|plan)(, line \d+|, entry [^:]+)?: .+; .+", re.DOTALL)
+FORM = re.compile(r"\S+\.(ttl|plan)(, line \d+|, entr(y|ies) [^:]+)?: .+; .+", re.DOTALL)
 """What every fault looks like: file, line or entry, problem, what to do."""
 
 STARTER = bundled("starter")
@@ -530,3 +530,31 @@ def test_a_bundled_pack_and_its_copy_have_no_fault(name: str, tmp_path: Path) ->
     session.start(home, "copied", name)
     shutil.rmtree(home.root / ".git")
     assert session.check_pack(home, "copied")[1] == []
+
+
+ONE_MISTAKE = {
+    "a class at its declaration": ("domain.ttl", "ex:object a rdfs:", "ex:objekt a rdfs:", 1),
+    "a class of one thing": ("attributes.ttl", "ex:egg rdf:type ex:o", "ex:egg rdf:type ex:x", 1),
+    "a property at its declaration": ("domain.ttl", "ex:IsSliceable a", "ex:Slicable a", 1),
+    "a property everywhere": ("attributes.ttl", "ex:IsSliceable ", "ex:IsSlicable ", -1),
+    "a mark missing": ("attributes.ttl", " ;\n    ex:obj_name", "\n    ex:obj_name", 1),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ONE_MISTAKE)
+def test_one_mistake_is_one_fault(tmp_path: Path, name: str) -> None:
+    home = Workspace(tmp_path / "robot")
+    session.start(home, "mine", "kitchen")
+    file, old, new, times = ONE_MISTAKE[name]
+    path = home.root / "kg" / "mine" / file
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, times), encoding="utf-8")
+
+    _, found, hints = session.check_pack(home, "mine")
+
+    assert len(found) == 1, found
+    assert FORM.fullmatch(found[0])
+    assert not any("nearest" in hint for hint in hints)
+    if "property" in name:
+        assert "all_purpose_flour, apple, avocado and 63 more" in found[0]

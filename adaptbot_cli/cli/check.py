@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -20,6 +21,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import task_option
 from adaptbot_cli.cli.run import exit_code
 
 
@@ -32,7 +34,12 @@ def check(
     requires: RequiresOption = None,
     without: WithoutOption = None,
     task: Annotated[
-        str, typer.Option(metavar="TEXT", help="The task, for its required items and goal.")
+        str,
+        task_option(
+            metavar="TEXT",
+            help="The task, for its required items and goal.",
+            autocompletion=completion.tasks,
+        ),
     ] = "",
     no_repair: Annotated[
         bool,

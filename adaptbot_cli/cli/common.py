@@ -5,10 +5,15 @@ import sys
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
-import typer
-from rich.console import Console
-from rich.text import Text
-
+from adaptbot_cli.cli import completion
+from adaptbot_cli.cli.help import (
+    home_option,
+    model_option,
+    output_option,
+    person_option,
+    task_option,
+    world_option,
+)
 from adaptbot_cli.core.visible import visible
 
 if TYPE_CHECKING:
@@ -21,45 +26,61 @@ if TYPE_CHECKING:
 
 WorkspaceOption = Annotated[
     Path | None,
-    typer.Option("--workspace", metavar="DIR", help="The folder that holds this home's knowledge."),
+    home_option("--workspace", metavar="DIR", help="The folder that holds this home's knowledge."),
 ]
 AnswersOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Answers in YAML, instead of a person.")
+    Path | None, person_option(metavar="FILE", help="Answers in YAML, instead of a person.")
 ]
 DomainOption = Annotated[
-    str | None, typer.Option("--domain", metavar="NAME", help="The domain, such as kitchen.")
+    str | None,
+    home_option(
+        "--domain",
+        metavar="NAME",
+        help="The domain, such as kitchen.",
+        autocompletion=completion.domains,
+    ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object on stdout.")]
 RequiresOption = Annotated[
     str | None,
-    typer.Option("--requires", metavar="A,B,C", help="Items that the result must use."),
+    task_option(
+        "--requires",
+        metavar="A,B,C",
+        help="Items that the result must use.",
+        autocompletion=completion.things,
+    ),
 ]
 WithoutOption = Annotated[
     str | None,
-    typer.Option("--without", metavar="A,B,C", help="What must not be used, whatever the request."),
+    task_option(
+        "--without",
+        metavar="A,B,C",
+        help="What must not be used, whatever the request.",
+        autocompletion=completion.things,
+    ),
 ]
 KgOption = Annotated[
     list[Path] | None,
-    typer.Option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
+    home_option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
 ]
 ApiBaseOption = Annotated[
     str | None,
-    typer.Option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
+    model_option(metavar="URL", help="An OpenAI-compatible server, for --model openai/NAME."),
 ]
 TimeoutOption = Annotated[
     float | None,
-    typer.Option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
+    model_option(min=0.1, metavar="S", help="Seconds the model may take in this run (300)."),
 ]
 ActTimeoutOption = Annotated[
     float | None,
-    typer.Option(min=0.1, metavar="S", help="Seconds the world may take for one step (60)."),
+    world_option(min=0.1, metavar="S", help="Seconds the world may take for one step (60)."),
 ]
 MaxTokensOption = Annotated[
     int | None,
-    typer.Option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
+    model_option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
 ]
 MaxCostOption = Annotated[
-    float | None, typer.Option(min=0, metavar="USD", help="US dollars in this run.")
+    float | None, model_option(min=0, metavar="USD", help="US dollars in this run.")
 ]
 
 
@@ -91,7 +112,7 @@ def note_ignored(home: "Workspace") -> None:
 
 def domain_name(option: str | None, home: "Workspace") -> str:
     """Return the domain that is meant: as said, as configured, or the kitchen that comes along."""
-    return option or str(home.settings.get("domain") or "kitchen")
+    return str(home.setting("domain", option or None))
 
 
 def opened(
@@ -179,8 +200,10 @@ def escaped(json_text: str) -> str:
 _LONGEST = 300
 
 
-def show_opening(console: Console, task: str, domain: str, planner: str, why: str) -> None:
+def show_opening(console: "Console", task: str, domain: str, planner: str, why: str) -> None:
     """Print what is pursued, who plans, and why."""
+    from rich.text import Text
+
     planned = Text(visible(f"{planner} ({why})"), "dim")
     parts = [Text(visible(task), "bold"), Text(visible(domain)), planned]
     for part in parts:

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -112,6 +111,8 @@ def _python() -> Check:
 
 def _packages() -> Iterator[Check]:
     """The version of every package that adaptbot itself needs."""
+    from importlib import metadata
+
     try:
         needed = metadata.requires(PACKAGE) or []
     except metadata.PackageNotFoundError:

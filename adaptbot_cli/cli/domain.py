@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     JsonOption,
     WorkspaceOption,
@@ -13,6 +14,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import Group, output_option
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
@@ -21,7 +23,9 @@ if TYPE_CHECKING:
 
 FAULTS = 3
 
-app = typer.Typer(help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True)
+app = typer.Typer(
+    cls=Group, help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True
+)
 
 
 @app.command("list")
@@ -40,7 +44,7 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
         try:
             domain = session.load(home, name).domain
         except KnowledgeError:
-            about = f"cannot be read: see domain check {name}"
+            about = f"cannot be read: see adaptbot domain check {name}"
             rows.append(_row(name, about, where, None, None))
             continue
         counts = len(domain.actions), len(domain.tasks)
@@ -64,7 +68,12 @@ def _row(
 def new_domain(
     name: Annotated[str, typer.Argument(help="What to call it, such as post_room.")],
     like: Annotated[
-        str | None, typer.Option(metavar="DOMAIN", help="Copy this domain, not the starting pack.")
+        str | None,
+        typer.Option(
+            metavar="DOMAIN",
+            help="Copy this domain, not the starting pack.",
+            autocompletion=completion.domains,
+        ),
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:
@@ -115,7 +124,12 @@ def _made(made: "Started", home: "Workspace", name: str) -> None:
 @app.command("check")
 def check_domain(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="The domain; else the configured one.")
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            help="The domain; else the configured one.",
+            autocompletion=completion.domains,
+        ),
     ] = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
@@ -151,9 +165,11 @@ def check_domain(
 
 @app.command("docs")
 def domain_docs(
-    name: Annotated[str, typer.Argument(help="The domain to describe.")],
+    name: Annotated[
+        str, typer.Argument(help="The domain to describe.", autocompletion=completion.domains)
+    ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write Markdown here.")
+        Path | None, output_option("-o", "--output", metavar="FILE", help="Write Markdown here.")
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:

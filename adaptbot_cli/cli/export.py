@@ -6,14 +6,10 @@ from typing import Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.check import read_plan
-from adaptbot_cli.cli.common import (
-    DomainOption,
-    WorkspaceOption,
-    console,
-    domain_name,
-    workspace,
-)
+from adaptbot_cli.cli.common import DomainOption, WorkspaceOption, console, domain_name, workspace
+from adaptbot_cli.cli.help import output_option, task_option
 from adaptbot_cli.cli.run import FINDINGS
 
 
@@ -32,20 +28,26 @@ def export(
         typer.Argument(
             metavar="RUN|PLAN",
             help="A run by the beginning of its name or task, a file, or - for stdin.",
+            autocompletion=completion.runs,
         ),
     ] = "",
     form: Annotated[
         ExportFormat,
-        typer.Option(
+        output_option(
             "--as", help="JSON, a VirtualHome script, a PDDL plan, or a BehaviorTree.CPP 4 tree."
         ),
     ] = ExportFormat.json,
     task: Annotated[
-        str, typer.Option(metavar="TEXT", help="The task of a plan, for its items and goal.")
+        str,
+        task_option(
+            metavar="TEXT",
+            help="The task of a plan, for its items and goal.",
+            autocompletion=completion.tasks,
+        ),
     ] = "",
     domain: DomainOption = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write it here.")
+        Path | None, output_option("-o", "--output", metavar="FILE", help="Write it here.")
     ] = None,
     workspace_dir: WorkspaceOption = None,
 ) -> int:

@@ -1,21 +1,19 @@
 """The command `adaptbot`: its subcommands, and how errors reach the person."""
 
-import difflib
 import io
 import logging
 import os
-import shlex
 import sys
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
 
 from adaptbot_cli import __version__
 from adaptbot_cli.cli import (
     check,
+    config,
     doctor,
     domain,
     export,
@@ -28,57 +26,51 @@ from adaptbot_cli.cli import (
     world,
 )
 from adaptbot_cli.cli import eval as evaluate
+from adaptbot_cli.cli.help import PROGRAM, Group, add_examples
 from adaptbot_cli.cli.kg.changing import undo
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError, UsageError
 
 
-class _Commands(TyperGroup):
-    """Turns what a command returns into the exit code, and Ctrl-C into an error of ours."""
+class _Commands(Group):
+    """Turns Ctrl-C into an error of ours, before typer makes an exit code of it."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            code = super().invoke(ctx)
+            return super().invoke(ctx)
         except KeyboardInterrupt:
             raise Interrupted("interrupted; nothing was committed") from None
-        if code:
-            raise typer.Exit(code)
-        return code
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command; whoever has begun with the task itself is told how to say it."""
-        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
-            near = difflib.get_close_matches(args[0], self.list_commands(ctx), 1)
-            meant = f"did you mean adaptbot {near[0]}?" if near else ""
-            task = " ".join(arg for arg in args if not arg.startswith("-"))
-            meant = meant or f"to pursue a task: adaptbot run {shlex.quote(task)}"
-            raise UsageError(f'there is no command "{args[0]}"; {meant}')
-        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(
     cls=_Commands,
-    name="adaptbot",
+    name=PROGRAM,
     help="Turn a generic plan into one that this home can execute, and learn what is missing.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(run.run)
-app.command("check")(check.check)
-app.command("replay")(runs.replay)
-app.command("doctor")(doctor.doctor)
-app.command("progress")(runs.progress)
-app.command("export")(export.export)
-app.command("resume")(runs.resume)
-app.command("trust")(trust.trust)
-app.command("runs")(runs.runs)
-app.command("undo")(undo)
-app.add_typer(pending.app, name="pending")
-app.add_typer(plans.app, name="plans")
-app.add_typer(kg.app, name="kg")
-app.add_typer(domain.app, name="domain")
-app.add_typer(world.app, name="world")
-app.add_typer(evaluate.app, name="eval")
+_DO, _LOOK, _KNOW, _SET = "Do", "Look back", "Know and measure", "Set up"
+app.command("run", rich_help_panel=_DO)(run.run)
+app.command("check", rich_help_panel=_DO)(check.check)
+app.command("resume", rich_help_panel=_DO)(runs.resume)
+app.command("export", rich_help_panel=_DO)(export.export)
+app.add_typer(pending.app, name="pending", rich_help_panel=_DO)
+app.add_typer(plans.app, name="plans", rich_help_panel=_KNOW)
+app.add_typer(runs.app, name="runs", rich_help_panel=_LOOK)
+app.command("progress", rich_help_panel=_LOOK)(runs.progress)
+app.command("replay", rich_help_panel=_LOOK)(runs.replay)
+app.command("undo", rich_help_panel=_LOOK)(undo)
+app.add_typer(kg.app, name="kg", rich_help_panel=_KNOW)
+app.add_typer(domain.app, name="domain", rich_help_panel=_KNOW)
+app.add_typer(world.app, name="world", rich_help_panel=_KNOW)
+app.add_typer(evaluate.app, name="eval", rich_help_panel=_KNOW)
+app.command("doctor", rich_help_panel=_SET)(doctor.doctor)
+app.command("config", rich_help_panel=_SET)(config.config)
+app.command("trust", rich_help_panel=_SET)(trust.trust)
+add_examples(app)
+
+COMPLETING = "_ADAPTBOT_COMPLETE"
+"""Set by a shell that asks, on a Tab, what could stand next."""
 
 
 def _version(wanted: bool) -> None:
@@ -108,7 +100,7 @@ def main() -> None:
     debug = len(arguments) < len(sys.argv) - 1
     from adaptbot_cli.cli.common import terminal
 
-    if arguments or terminal() is None:
+    if arguments or COMPLETING in os.environ or terminal() is None:
         carry_out(arguments, debug)
     else:
         from adaptbot_cli.cli.session import converse
@@ -130,22 +122,21 @@ def carry_out(
         SystemExit: it ended with a code other than 0.
     """
     try:
-        instead() if instead else app(args=arguments)
+        code = instead() if instead else app(arguments, PROGRAM, standalone_mode=False)
+        if code:
+            raise SystemExit(code)
     except BrokenPipeError:
         _no_more_output()  # whoever read it has gone; there is nobody to tell
+    except typer.Abort:
+        _end(Interrupted("interrupted; nothing was committed"), arguments, debug)
+    except _NOT_MEANT as error:
+        _end(_usage(error), arguments, debug)
     except AdaptbotError as error:
-        if debug:
-            raise
-        _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
-        if "--json" in arguments:
-            _print_error(error)
-        raise SystemExit(error.exit_code) from None
+        _end(error, arguments, debug)
     except (RecursionError, MemoryError):
         # The readers are bounded; what is within their limits and still too much ends here.
-        if debug:
-            raise
-        _say("error: what was read is too large or nested too deep to be worked out")
-        raise SystemExit(KnowledgeError.exit_code) from None
+        text = "what was read is too large or nested too deep to be worked out"
+        _end(KnowledgeError(text), arguments, debug)
     except OSError as error:
         # What a command reads or writes for itself says so; what is left is the output.
         if debug:
@@ -155,14 +146,34 @@ def carry_out(
         raise SystemExit(1) from None
 
 
-def _print_error(error: AdaptbotError) -> None:
-    """Print an error as the object that a program waits for on stdout."""
-    from adaptbot_cli.cli.common import print_json
+_NOT_MEANT: type[Any] = typer.BadParameter.__mro__[2]
+"""What typer raises of all that it cannot read; it has no public name in every version."""
 
-    code = type(error).__name__.removesuffix("Error").lower()
-    text, _, remedy = str(error).rpartition("; ")
-    message = text or remedy
-    print_json({"error": {"code": code, "message": message, "remedy": remedy if text else None}})
+
+def _usage(error: Any) -> UsageError:
+    """Return an error of typer's as one of ours. Who says nothing at all gets the help page."""
+    text = error.format_message().rstrip(".")
+    if type(error).__name__ == "NoArgsIsHelpError" or not text:
+        raise SystemExit(error.exit_code)
+    context = getattr(error, "ctx", None)
+    path = context.command_path if context else PROGRAM
+    return UsageError(f"{text[0].lower()}{text[1:]}; see {path} --help")
+
+
+def _end(error: AdaptbotError, arguments: list[str], debug: bool) -> NoReturn:
+    """End with an error: a sentence for the person, an object for a program that waits for one."""
+    if debug:
+        raise error
+    _say(str(error) if isinstance(error, Interrupted) else f"error: {error}")
+    if "--json" in arguments:
+        from adaptbot_cli.cli.common import print_json
+
+        code = type(error).__name__.removesuffix("Error").lower()
+        text, _, remedy = str(error).rpartition("; ")
+        message = text or remedy
+        told = {"code": code, "message": message, "remedy": remedy if text else None}
+        print_json({"error": told})
+    raise SystemExit(error.exit_code) from None
 
 
 def _no_more_output() -> None:
@@ -179,5 +190,11 @@ def _say(text: str) -> None:
 
     message = visible(text)
     if at_terminal(sys.stderr):
-        message = textwrap.fill(message, shutil.get_terminal_size().columns, break_on_hyphens=False)
+        # A command is left to the terminal to wrap: a line break in it could not be pasted.
+        width = shutil.get_terminal_size().columns
+        text, _, remedy = message.rpartition("; ")
+        parted = text and PROGRAM in remedy and len(message) > width
+        lines = [text + ";", remedy] if parted else [message]
+        lines[0] = textwrap.fill(lines[0], width, break_on_hyphens=False)
+        message = "\n".join(lines)
     typer.echo(message, err=True)

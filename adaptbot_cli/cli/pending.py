@@ -15,6 +15,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
+from adaptbot_cli.cli.help import Group
 from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 
 STILL_OPEN = 3
 
-app = typer.Typer(help="The questions that runs have left open.", invoke_without_command=True)
+app = typer.Typer(
+    cls=Group, help="The questions that runs have left open.", invoke_without_command=True
+)
 
 
 @app.callback()
@@ -64,7 +67,8 @@ def _show(found: "Open") -> None:
     tasks = {task for each in found.pending for task in each.tasks}
     text = f"{name}: no question is open"
     if found.pending:
-        text = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: adaptbot pending answer"
+        text = f"{name}: {len(found.pending)} open, {len(tasks)} waiting: "
+        text += f"adaptbot pending answer --domain {name}"
     others = [f"{other} ({count})" for other, count in sorted(found.others.items())]
     text += f"; see --domain for {', '.join(others)}" if others else ""
     console().print(Text(text, "dim"))

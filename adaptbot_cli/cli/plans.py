@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -12,15 +13,21 @@ from adaptbot_cli.cli.common import (
     home_of,
     print_json,
 )
+from adaptbot_cli.cli.help import Group
 from adaptbot_cli.cli.kg.asking import YesOption, agreed
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.planner.library import LibraryPlan
     from adaptbot_cli.session.knowledge import Home
 
-app = typer.Typer(help="The plans that are kept for tasks: list, show, drop.")
+app = typer.Typer(cls=Group, help="The plans that are kept for tasks: list, show, drop.")
 NameArgument = Annotated[
-    str, typer.Argument(metavar="NAME", help="The beginning of a plan's name, or of its task.")
+    str,
+    typer.Argument(
+        metavar="NAME",
+        help="The beginning of a plan's name, or of its task.",
+        autocompletion=completion.plans,
+    ),
 ]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     ActTimeoutOption,
     AnswersOption,
@@ -28,6 +29,7 @@ from adaptbot_cli.cli.common import (
     terminal,
     workspace,
 )
+from adaptbot_cli.cli.help import model_option, output_option, person_option, world_option
 from adaptbot_cli.errors import Interrupted, WorldError
 
 if TYPE_CHECKING:
@@ -57,7 +59,7 @@ class PromptName(StrEnum):
 
 
 PromptOption = Annotated[
-    PromptName, typer.Option(help="How to ask for a plan: reasoning first, calls alone, JSON.")
+    PromptName, model_option(help="How to ask for a plan: reasoning first, calls alone, JSON.")
 ]
 
 
@@ -70,66 +72,72 @@ class ConfirmName(StrEnum):
 
 
 def run(
-    task: Annotated[list[str], typer.Argument(help='What to do, such as "make omelette".')],
-    domain: DomainOption = None,
+    task: Annotated[
+        list[str],
+        typer.Argument(
+            help='What to do, such as "make omelette".', autocompletion=completion.tasks
+        ),
+    ],
+    requires: RequiresOption = None,
+    without: WithoutOption = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
+        model_option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
     ] = None,
     api_base: ApiBaseOption = None,
     timeout: TimeoutOption = None,
     max_tokens: MaxTokensOption = None,
     max_cost: MaxCostOption = None,
     temperature: Annotated[
-        float | None, typer.Option(min=0, max=2, help="How freely the model answers (0).")
+        float | None, model_option(min=0, max=2, help="How freely the model answers (0).")
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(metavar="N", help="The seed of the model's answers (0).")
+        int | None, model_option(metavar="N", help="The seed of the model's answers (0).")
     ] = None,
     prompt: PromptOption = PromptName.auto,
     policy: Annotated[
         PolicyName | None,
-        typer.Option(help="Ask about required items first, or re-prompt first as in the paper."),
+        person_option(help="Ask about required items first, or re-prompt first as in the paper."),
     ] = None,
     replans: Annotated[
         int | None,
-        typer.Option(min=0, max=20, metavar="N", help="How often to re-prompt at most (F_max)."),
+        model_option(min=0, max=20, metavar="N", help="How often to re-prompt at most (F_max)."),
     ] = None,
-    no_human: Annotated[bool, typer.Option("--no-human", help="Ask nobody.")] = False,
+    no_human: Annotated[bool, person_option("--no-human", help="Ask nobody.")] = False,
     answers: AnswersOption = None,
-    requires: RequiresOption = None,
-    without: WithoutOption = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing.")] = False,
-    apply: Annotated[
-        bool, typer.Option("--apply", help="Commit the state that the executed plan leaves.")
-    ] = False,
     full: Annotated[
-        bool,
-        typer.Option("--full", help="Ask all there is to know of a new thing."),
+        bool, person_option("--full", help="Ask all there is to know of a new thing.")
     ] = False,
     edit: Annotated[
-        bool, typer.Option("--edit", help="Offer the plan for editing before it is executed.")
+        bool, person_option("--edit", help="Offer the plan for editing before it is executed.")
     ] = False,
     world: Annotated[
         str | None,
-        typer.Option(
+        world_option(
             metavar="WORLD",
             help="What carries the plan out: rehearsal, a Turtle FILE, or exec:COMMAND.",
         ),
     ] = None,
     world_noise: Annotated[
         float | None,
-        typer.Option(min=0, max=1, metavar="P", help="How likely a step slips in a Turtle world."),
+        world_option(min=0, max=1, metavar="P", help="How likely a step slips in a Turtle world."),
     ] = None,
     act_timeout: ActTimeoutOption = None,
     confirm: Annotated[
-        ConfirmName | None, typer.Option(help="Which steps to agree to before they are done.")
+        ConfirmName | None, world_option(help="Which steps to agree to before they are done.")
     ] = None,
+    dry_run: Annotated[bool, output_option("--dry-run", help="Write nothing.")] = False,
+    apply: Annotated[
+        bool, output_option("--apply", help="Commit the state that the executed plan leaves.")
+    ] = False,
     record: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the transcript here.")
+        Path | None, output_option(metavar="FILE", help="Write the transcript here.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Let --record write over a file.")] = False,
+    force: Annotated[
+        bool, output_option("--force", help="Let --record write over a file.")
+    ] = False,
     json: JsonOption = False,
+    domain: DomainOption = None,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Plan a task, check it against this home, ask what is not known, and learn it."""
@@ -146,7 +154,7 @@ def run(
             "--edit, or --answers and --no-human"
         )
     home = workspace(workspace_dir)
-    settings, named = home.settings, domain_name(domain, home)
+    named = domain_name(domain, home)
     screen = console(stderr=json)
     chosen = opened(screen, home, asked, named, model, api_base)
     from adaptbot_cli.session import Request  # slow: the first line is there by now
@@ -155,8 +163,8 @@ def run(
         task=asked,
         domain=named,
         chosen=chosen,
-        policy=str(policy or settings.get("policy", "tutor")),  # type: ignore[arg-type]
-        replans=replans if replans is not None else settings.get("replans", 3),
+        policy=str(home.setting("policy", policy)),  # type: ignore[arg-type]
+        replans=home.setting("replans", replans),
         requires=items(requires),
         without=items(without),
         ask=not no_human,
@@ -164,17 +172,17 @@ def run(
         dry_run=dry_run,
         apply=apply,
         record=record,
-        timeout=timeout if timeout is not None else settings.get("timeout"),
-        max_tokens=max_tokens if max_tokens is not None else settings.get("max_tokens"),
-        max_cost=max_cost if max_cost is not None else settings.get("max_cost"),
-        temperature=temperature if temperature is not None else settings.get("temperature", 0.0),
-        seed=seed if seed is not None else settings.get("seed", 0),
+        timeout=home.setting("timeout", timeout),
+        max_tokens=home.setting("max_tokens", max_tokens),
+        max_cost=home.setting("max_cost", max_cost),
+        temperature=home.setting("temperature", temperature),
+        seed=home.setting("seed", seed),
         full=full,
         edit=edit,
-        world=world if world is not None else settings.get("world"),
+        world=home.setting("world", world),
         noise=world_noise or 0.0,
-        act_timeout=act_timeout if act_timeout is not None else settings.get("act_timeout", 60.0),
-        confirm=str(confirm or settings.get("confirm", "none")),  # type: ignore[arg-type]
+        act_timeout=home.setting("act_timeout", act_timeout),
+        confirm=str(home.setting("confirm", confirm)),  # type: ignore[arg-type]
         prompt=prompt.value,
     )
     return pursue(request, home, json)

@@ -1,10 +1,12 @@
 """`adaptbot runs`, `replay`, `progress`, `resume`: what was run here."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     JsonOption,
     MaxCostOption,
@@ -18,10 +20,35 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import Group, output_option
 from adaptbot_cli.cli.run import pursue
 
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
-def runs(
+    from adaptbot_cli.session.runs import PastRun, RunDetails
+
+
+class _ListByDefault(Group):
+    """Takes `runs WORDS` for `runs list WORDS`."""
+
+    default = "list"
+
+
+app = typer.Typer(cls=_ListByDefault, help="What was run in this home, newest first.")
+
+RunArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="RUN",
+        help="A run by the beginning of its id or task, or a transcript's file.",
+        autocompletion=completion.runs,
+    ),
+]
+
+
+@app.command("list")
+def list_runs(
     task: Annotated[
         str, typer.Argument(metavar="[TASK]", help="Only runs whose task has these words.")
     ] = "",
@@ -33,7 +60,8 @@ def runs(
 ) -> None:
     """List the runs of this home: when, what, by whom planned, and what it came to.
 
-    The id is what `resume`, `progress`, `export` and `replay` take, or the beginning of it.
+    `adaptbot runs WORDS` is `adaptbot runs list WORDS`. Wherever a run is named, its id will do, or
+    as much of the beginning of it as no other has.
     """
     from adaptbot_cli.session.runs import found_runs
 
@@ -49,19 +77,126 @@ def runs(
     console().print(_table(found))
 
 
-def _table(found: Any) -> Any:
+@app.command("show")
+def show_run(
+    run: RunArgument, json: JsonOption = False, workspace_dir: WorkspaceOption = None
+) -> None:
+    """Show one run: its plan as it was checked, what was asked, and what was learned."""
+    from adaptbot_cli.session.runs import details, find_run
+
+    home = workspace(workspace_dir)
+    found = details(home, find_run(home, run))
+    if json:
+        print_json(found.as_json())
+    else:
+        console().print(_sheet([found]))
+
+
+@app.command("compare")
+def compare_runs(
+    before: Annotated[str, typer.Argument(metavar="A", autocompletion=completion.runs)],
+    after: Annotated[str, typer.Argument(metavar="B", autocompletion=completion.runs)],
+    json: JsonOption = False,
+    workspace_dir: WorkspaceOption = None,
+) -> None:
+    """Compare two runs: planner, outcome, the steps that differ, what was asked and learned."""
+    from adaptbot_cli.session.runs import details, differing_steps, find_run
+
+    home = workspace(workspace_dir)
+    found = [details(home, find_run(home, name)) for name in (before, after)]
+    if json:
+        steps = [{"n": list(n), "a": a, "b": b} for n, a, b in differing_steps(*found)]
+        print_json({"a": found[0].as_json(), "b": found[1].as_json(), "steps": steps})
+    else:
+        console().print(_sheet(found))
+
+
+def _table(found: "list[PastRun]") -> "RenderableType":
     from adaptbot_cli.adapters.display.words import columns, plain_text
 
     table = columns(None, None, None, None)
     table.columns[0].no_wrap = True
     for run in found:
-        style = "green" if run.goal_met else "" if run.outcome else "yellow"
         table.add_row(
-            plain_text(run.id.partition("-")[0], "dim"),
+            plain_text(run.short, "dim"),
             plain_text(run.task),
             plain_text(run.planner, "dim"),
-            plain_text(run.told, style),
+            plain_text(run.told, _style(run)),
         )
+    return table
+
+
+def _style(run: "PastRun") -> str:
+    return "green" if run.goal_met else "" if run.outcome else "yellow"
+
+
+def _sheet(found: "list[RunDetails]") -> "RenderableType":
+    """One run, or two side by side: of two only the steps that differ."""
+    from rich.console import Group
+    from rich.text import Text
+
+    from adaptbot_cli.adapters.display.words import count, heading
+
+    names = ["A", "B"] if len(found) > 1 else [""]
+    runs = [each.run for each in found]
+    head = [
+        ("run", [f"{name} {run.short}".strip() for name, run in zip(names, runs, strict=True)]),
+        ("task", [run.task for run in runs]),
+        ("domain", [run.domain for run in runs]),
+        ("planner", [run.planner for run in runs]),
+        ("policy", [each.policy for each in found]),
+        ("without", [", ".join(each.without) for each in found]),
+        ("requires", [", ".join(each.requires) for each in found]),
+        ("world", [run.world for run in runs]),
+        ("tokens", [str(each.tokens or "") for each in found]),
+        ("outcome", [run.told for run in runs]),
+        ("plan", [count(len(each.steps), "step") for each in found]),
+    ]
+    questions = dict.fromkeys(text for each in found for text in each.questions)
+    asked = []
+    for text in questions:
+        answers = [each.questions.get(text, "not asked") for each in found]
+        told = " · ".join(f"{n} {a}".strip() for n, a in zip(names, answers, strict=True))
+        asked += [("", text), ("", f"→ {told}")]
+    lessons = dict.fromkeys(text for each in found for text in each.learned)
+    learned = [
+        (" ".join(n for n, each in zip(names, found, strict=True) if text in each.learned), text)
+        for text in lessons
+    ]
+    parts = [_rows([(name, *values) for name, values in head if any(values)])]
+    for title, rows in (
+        ("steps" if len(found) == 1 else "steps that differ", _steps(found)),
+        ("asked", asked),
+        ("learned", learned),
+    ):
+        parts += [Text(), heading(title), _rows(rows)] if rows else []
+    return Group(*parts)
+
+
+def _steps(found: "list[RunDetails]") -> list[tuple[str, ...]]:
+    from adaptbot_cli.session.runs import differing_steps
+
+    if len(found) > 1:
+        return [
+            (f"{m or '-':>3} {n or '-':>3}", a or "-", b or "-")
+            for (m, n), a, b in differing_steps(*found)
+        ]
+    parted = [step.partition(": ") for step in found[0].steps]
+    return [
+        (f"{n:>3}", call if how == "ok" else f"{call}  ({how})")
+        for n, (how, _, call) in enumerate(parted, start=1)
+    ]
+
+
+def _rows(rows: Sequence[tuple[str, ...]]) -> Any:
+    """Rows of which the first cell is a label; the others share what there is of the width."""
+    from adaptbot_cli.adapters.display.words import columns, plain_text, wrapped
+
+    table = columns(*([None] * max(map(len, rows))))
+    table.columns[0].no_wrap, table.columns[0].min_width = True, 7
+    for name, *values in rows:
+        cells = [wrapped(plain_text(value, "", 300)) for value in values]
+        table.add_row(plain_text(name, "dim"), *cells)
     return table
 
 
@@ -69,7 +204,14 @@ DIFFERS = 3
 
 
 def replay(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE…", help="Transcripts.")],
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RUN|FILE…",
+            help="Runs by the beginning of their id, or transcripts.",
+            autocompletion=completion.runs,
+        ),
+    ],
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Replay transcripts: no key, no network; fails at the first turn that differs."""
@@ -78,11 +220,13 @@ def replay(
     from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.errors import ReplayError
+    from adaptbot_cli.session.runs import find_run
 
     home = workspace(workspace_dir)
     out = console()
     failed = 0
-    for path in files:
+    for name in files:
+        path = Path(name) if Path(name).suffix else find_run(home, name)
         try:
             result = session.replay(path, home)
         except ReplayError as error:
@@ -100,13 +244,14 @@ def progress(
         typer.Argument(
             metavar="[RUN|TRANSCRIPT]",
             help="A run by the beginning of its name or task, or a file; else the latest run.",
+            autocompletion=completion.runs,
         ),
     ] = None,
     svg: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the lines as a picture.")
+        Path | None, output_option(metavar="FILE", help="Write the lines as a picture.")
     ] = None,
     mermaid: Annotated[
-        bool, typer.Option("--mermaid", help="Print the lines as a Mermaid flowchart.")
+        bool, output_option("--mermaid", help="Print the lines as a Mermaid flowchart.")
     ] = False,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
@@ -141,7 +286,12 @@ _ORIGIN = "the interrupted run"
 
 def resume(
     run: Annotated[
-        str, typer.Argument(metavar="[ID]", help="A transcript; without it, the latest cut off.")
+        str,
+        typer.Argument(
+            metavar="[ID]",
+            help="A transcript; without it, the latest cut off.",
+            autocompletion=completion.runs,
+        ),
     ] = "",
     timeout: TimeoutOption = None,
     max_tokens: MaxTokensOption = None,

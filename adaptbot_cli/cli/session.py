@@ -85,16 +85,16 @@ def _words(line: str) -> list[str]:
 
 def _names(domain: str) -> list[str]:
     """The names to complete: tasks and things of the domain, short names of commands."""
-    from adaptbot_cli import session
     from adaptbot_cli.cli.common import workspace
+    from adaptbot_cli.cli.completion import index
     from adaptbot_cli.errors import AdaptbotError
 
+    own = [*SHORT, "domain", "help", "quit"]
     try:
-        kg = session.load(workspace(None), domain)
+        named = index(workspace(None), domain)
     except AdaptbotError:  # told by whatever command comes next
-        return [*SHORT]
-    tasks = [task.name for task in kg.domain.tasks]
-    return [*SHORT, "domain", "help", "quit", *tasks, *sorted(kg.names())]
+        return own
+    return [*own, *(name.replace("_", " ") for name in named["task"]), *named["thing"]]
 
 
 class _Lines:

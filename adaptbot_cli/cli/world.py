@@ -13,8 +13,11 @@ from adaptbot_cli.cli.common import (
     home_of,
     print_json,
 )
+from adaptbot_cli.cli.help import Group
 
-app = typer.Typer(no_args_is_help=True, help="What carries a plan out: a robot, a simulator.")
+app = typer.Typer(
+    cls=Group, no_args_is_help=True, help="What carries a plan out: a robot, a simulator."
+)
 
 
 @app.command("check")

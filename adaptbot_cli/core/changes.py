@@ -2,7 +2,7 @@
 fact takes with it; how a workspace stands."""
 
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Any, Literal
@@ -97,7 +97,7 @@ def by_thing(delta: Delta, words: "Words") -> list[Edited]:
     the words that explain it."""
     things = grouped(delta, words)
     edits = [edit for thing in things for edit in thing.edits]
-    parts = {value for e in edits if e.predicate in _PARTS for value in (e.old, e.new)}
+    parts = {value for e in edits if e.predicate in PARTS for value in (e.old, e.new)}
     explained = {t.entity for t in things for edit in t.edits if edit.predicate == AB.explain}
     shown = (
         replace(t, edits=tuple(e for e in t.edits if e.predicate != AB.effect))
@@ -108,7 +108,10 @@ def by_thing(delta: Delta, words: "Words") -> list[Edited]:
     return [thing for thing in shown if thing.entity not in parts]
 
 
-_PARTS = frozenset({AB.parameter, AB.parameters, AB.requires})
+PARTS = ACTION_PARTS | {AB.parameters}
+"""What leads from an action to a part of it, which is told with the action."""
+
+_FIXED = (AB.alias, AB.parameter, AB.value)
 
 _TERMS: Mapping[Node, str] = {
     RDF.type: "kind",
@@ -119,6 +122,7 @@ _TERMS: Mapping[Node, str] = {
     AB.explain: "explained as",
     AB.parameter: "takes",
     AB.requires: "refused where",
+    AB.calledAs: "also called",
 }
 
 
@@ -130,21 +134,28 @@ class Words:
     names: Mapping[Node, str]
 
     @classmethod
-    def of(cls, domain: Domain, *versions: Iterable[Triple]) -> "Words":
+    def of(cls, domain: Domain, *versions: Collection[Triple]) -> "Words":
         """Collect the names in some facts; earlier ones take precedence.
 
-        A part of a taught action is called by its name there, or by what is said without it.
+        A part of a taught action is called by its name there, or by what is said without it; a name
+        with an argument that is always the same, by both.
         """
         named_by = {*domain.name_properties(), RDFS.label, AB.name, AB.message}
         names: dict[Node, str] = {}
         for facts in versions:
+            fixed = set()
             for subject, predicate, value in facts:
                 if predicate in named_by and isinstance(value, Value):
                     text = plainly(str(value)) if predicate == AB.message else str(value)
                     names.setdefault(subject, text)
+                elif predicate == AB.calledAs:
+                    fixed.add(value)
+            about = {(s, p): str(value) for s, p, value in facts if s in fixed} if fixed else {}
+            for part in fixed:
+                names[part] = "{}, {} always {}".format(*(about.get((part, p)) for p in _FIXED))
         return cls(domain, names)
 
-    def also(self, facts: Iterable[Triple]) -> "Words":
+    def also(self, facts: Collection[Triple]) -> "Words":
         """Return words that also know the names in further facts."""
         more = Words.of(self.domain, facts).names
         return Words(self.domain, ChainMap(self.names, more))  # type: ignore[arg-type]

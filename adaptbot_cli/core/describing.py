@@ -1,8 +1,10 @@
 """Actions, tasks and classes as people read them: what they take, need and do."""
 
 import re
+from collections.abc import Iterator
 from typing import Any
 
+from rdflib import Literal, Variable
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter
@@ -10,7 +12,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.request import listed
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.terms import FALSE, TRUE, local
 
 _SPACE = re.compile(r"\s+")
 _NAMED = re.compile(r"\{(\w+)\}")
@@ -62,6 +64,7 @@ def action(kg: Kg, found: Action) -> dict[str, Any]:
             "removes": [_template(triple) for triple in effect.deletes] if effect else [],
             "adds": [_template(triple) for triple in effect.inserts] if effect else [],
         },
+        "afterwards": list(_afterwards(found, kg.domain)),
         "effect_known": effect is not None,
     }
 
@@ -80,6 +83,32 @@ def _parameter(domain: Domain, parameter: Parameter) -> dict[str, Any]:
 def _plain(value: Node) -> Any:
     plain = getattr(value, "value", None)
     return plain if isinstance(plain, bool | int | float | str) else local(value)
+
+
+def _afterwards(found: Action, domain: Domain) -> Iterator[str]:
+    """What is different after an action, in words: "obj: sliced", "obj: place to"."""
+    names = {parameter.name for parameter in found.parameters}
+    effect = found.effect
+
+    def called(node: Node) -> str:
+        return f"the {local(domain.agent)}" if node == Variable("agent") else str(_plain(node))
+
+    def label(predicate: Node) -> str:
+        prop = domain.properties.get(predicate)  # type: ignore[call-overload]
+        return prop.label if prop else local(predicate)
+
+    new = {(s, p) for s, p, _ in effect.inserts} if effect else set()
+    for s, p, value in effect.inserts if effect else ():
+        if value in (TRUE, FALSE):
+            yield f"{called(s)}: {'' if value == TRUE else 'not '}{label(p)}"
+        elif isinstance(value, Variable) and str(value) not in names:
+            yield f"{called(s)}: {label(p)} may change"
+        else:
+            yield f"{called(s)}: {label(p)} {called(value)}"
+    for s, p, value in effect.deletes if effect else ():
+        if (s, p) not in new:
+            what = "" if isinstance(value, Literal) else f" {called(value)}"
+            yield f"{called(s)}: no longer {label(p)}{what}"
 
 
 def _template(triple: tuple[Node, Node, Node]) -> str:

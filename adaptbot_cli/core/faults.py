@@ -4,6 +4,7 @@
 the things that the change touches, so that its time does not grow with the graph.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.lint import misnamed
-from adaptbot_cli.core.names import a, nearest
+from adaptbot_cli.core.names import a, nearest, sentence_list
 from adaptbot_cli.core.terms import (
     AB,
     ATTRIBUTES,
@@ -295,11 +296,18 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
         remedy = _instead(local(predicate), known, "declare it there as an rdf:Property")
         yield f"{local(predicate)} is not declared in domain.ttl", remedy
         return
-    if prop.domain and not kg.is_a(subject, [prop.domain]):
+    unclear = prop.domain not in kg.domain.kinds or _of_no_class(kg, subject)
+    if prop.domain and not unclear and not kg.is_a(subject, [prop.domain]):
         wanted, found = a(_label(kg, prop.domain)), a(kg.kind_label(subject))
         text = f"{_called(prop)} is for {wanted}, not {found}"
         yield text, "take it away, or correct the class"
     yield from _range(kg, prop, value)
+
+
+def _of_no_class(kg: Kg, thing: Node) -> bool:
+    """Whether a thing's class is one that is not there: that is told once, and not again for all
+    that does not fit because of it."""
+    return any(kind not in kg.domain.kinds for kind in kg.facts.objects(thing, RDF.type))
 
 
 def _instead(name: str, known: Iterable[str], otherwise: str) -> str:
@@ -327,7 +335,7 @@ def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
             yield f"{short} is not written as {wanted} is", remedy
         elif not is_value(value, prop.range):
             yield f"{short} must be {wanted}, not {local(value)}", remedy
-    elif not prop.range:
+    elif prop.range not in kg.domain.kinds or _of_no_class(kg, value):
         return
     elif not isinstance(value, URIRef) or not kg.classes(value):
         known = map(local, kg.instances([prop.range]))
@@ -417,3 +425,42 @@ def _way_back(kg: Kg, about: Node) -> list[Node]:
         ways += [[*way, place] for place in sorted(places - seen, key=str)]
         seen |= places
     return []
+
+
+FAULT = re.compile(
+    r"(?P<file>[\w.]+\.ttl), entr(?:y|ies) (?P<entry>.+?): (?P<told>.+?)(; (?P<do>.+))?"
+)
+"""The parts of a sentence about an entry of a file."""
+
+_NAMES_NOTHING = re.compile(
+    r"(?P<name>[\w.-]+)( (in|of) .+?)? (is no (class|property)\b|is not declared in)"
+)
+_MOST_NAMED = 3
+
+
+def by_mistake(found: Sequence[str]) -> list[str]:
+    """Return a sentence for each mistake: of sentences that say the same of several entries, or
+    that one name stands for nothing, the first, with the other entries named in it."""
+    groups: dict[object, list[re.Match[str] | str]] = {}
+    for sentence in dict.fromkeys(found):
+        fault = FAULT.fullmatch(sentence)
+        missing = fault and _NAMES_NOTHING.search(fault["told"])
+        same = (fault["file"], fault["told"], fault["do"]) if fault else sentence
+        groups.setdefault(missing["name"] if missing else same, []).append(fault or sentence)
+    return [_one_for(group) for group in groups.values()]
+
+
+def _one_for(group: "Sequence[re.Match[str] | str]") -> str:
+    first, *more = group
+    if isinstance(first, str) or not more:
+        return first if isinstance(first, str) else first.string
+    entries: dict[str, dict[str, None]] = {}
+    for fault in group:
+        if not isinstance(fault, str):
+            entries.setdefault(fault["file"], {})[fault["entry"]] = None
+    file = first["file"]
+    own = list(entries.pop(file))
+    its = f"{'entries' if own[1:] else 'entry'} {sentence_list(own, _MOST_NAMED)}"
+    others = [f"{other}: {sentence_list(list(n), _MOST_NAMED)}" for other, n in entries.items()]
+    told = first["told"] + (f" (also in {', '.join(others)})" if others else "")
+    return f"{file}, {its}: {told}" + (f"; {first['do']}" if first["do"] else "")

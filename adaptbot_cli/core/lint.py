@@ -193,7 +193,8 @@ def lacking(kg: Kg) -> Iterator[str]:
         for name in _lacked(kg, task):
             wanted.setdefault(name, {})[task.name] = None
     known = sorted(kg.names())
-    for name, tasks in sorted(wanted.items()):
+    # What bears the name and is of no known class is no lack, but a fault that is told.
+    for name, tasks in sorted((n, t) for n, t in wanted.items() if n not in kg.names()):
         near = misspelt(name, known, THING_LIKE)
         who = sentence_list(list(tasks), 3)
         remedy = "add it if it is here; else a run asks about it"

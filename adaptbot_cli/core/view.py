@@ -37,6 +37,14 @@ class Thing:
         }
 
 
+def called(kg: Kg, name: str) -> tuple[URIRef, ...]:
+    """Return the things that bear a name; the robot is called as its class is, and needs none."""
+    agent = kg.domain.agent
+    found = kg.find(name)
+    alone = not found and normal(name) == normal(local(agent)) and (agent, None, None) in kg.facts
+    return (agent,) if alone else found
+
+
 def thing(kg: Kg, entity: URIRef) -> Thing:
     """Return everything that is known of an entity."""
     kinds = sorted(local(iri) for iri in kg.facts.objects(entity, RDF.type))

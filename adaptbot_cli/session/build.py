@@ -496,5 +496,5 @@ def _show_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
         text = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
         console.print(Text(text, "yellow"))
         for fault in faults(kg)[:1]:
-            wrong = f"! {visible(str(fault))}; see adaptbot kg validate"
+            wrong = f"! {visible(str(fault))}; see adaptbot kg validate --domain {kg.domain.name}"
             console.print(Text(wrong, "yellow"), soft_wrap=True)

@@ -152,7 +152,8 @@ def revert(home: Home, revision: str) -> ProposedChange:
     """
     found = home.needed().commit_of(revision)
     if found is None:
-        raise KnowledgeError(f"{revision} changed nothing of the {home.domain}; see kg log")
+        see = f"see adaptbot kg log --domain {home.domain}"
+        raise KnowledgeError(f"{revision} changed nothing of the {home.domain}; {see}")
     commit, taught = found
     sha, changes = commit.sha, taught.changes
     if taught.first:
@@ -346,17 +347,19 @@ def commit_edits(home: Home, message: str) -> str | None:
             as they are, uncommitted.
     """
     from adaptbot_cli.adapters.store.keeper import commit_hand_edits, edit_faults
+    from adaptbot_cli.core.faults import by_mistake
 
     versions = home.needed()
     with versions.repo.writing():
         edited = [f"{versions.folder}/{name}" for name in versions.edited()]
         if not edited:
             return None
-        found = edit_faults(versions.repo, home.domain)
+        found = by_mistake(edit_faults(versions.repo, home.domain))
         if found:
             text = "; ".join(found[:_MOST])
             more = len(found) - _MOST
-            rest = f"; and {more} more: see adaptbot kg validate" if more > 0 else ""
+            see = f"see adaptbot kg validate --domain {home.domain}"
+            rest = f"; and {more} more: {see}" if more > 0 else ""
             raise KnowledgeError(f"the edits were not committed and stay as they are: {text}{rest}")
         return commit_hand_edits(versions.repo, home.domain, edited, message, _now(), person())
 

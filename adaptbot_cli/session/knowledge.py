@@ -1,9 +1,12 @@
 """What is known of a home, by whom it was taught, and how it changed: reading only."""
 
+import re
+import shlex
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import Changes, Words
@@ -169,8 +172,13 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     return changes, a, b or WORKING, words
 
 
+_RUN = re.compile(r"\d{8}T\d")
+"""How the id of a run begins, and no thing's name."""
+
+
 def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
-    """Give the commits that taught something, newest first; those about a thing, if one is named.
+    """Give the commits that taught something, newest first; those about a thing or of a run, if one
+    is named.
 
     Raises:
         UsageError: nothing is or was ever called so.
@@ -185,6 +193,13 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
         return
     if name is None:
         yield from map(versions.chapter, versions.taught())
+        return
+    if _RUN.match(name):
+        from adaptbot_cli.session.runs import find_run
+
+        run = find_run(home.workspace, name).stem
+        every = map(versions.chapter, versions.taught())
+        yield from (chapter for chapter in every if Path(chapter.origin.transcript).stem == run)
         return
     wanted = known_as(home, name)
     # What is gone by now is found by the name it had.
@@ -210,9 +225,10 @@ def _triples(taught: "CommitDelta") -> frozenset[Triple]:
 
 def known_as(home: Home, name: str) -> "frozenset[Node]":
     """Return the things and actions that bear a name now."""
+    from adaptbot_cli.core import view
     from adaptbot_cli.core.names import normal
 
-    found: set[Node] = set(home.kg.find(name))
+    found: set[Node] = set(view.called(home.kg, name))
     action = home.kg.domain.actions.get(normal(name))
     return frozenset(found | ({action.iri} if action else set()))
 
@@ -318,7 +334,7 @@ def _not_taught(home: Home, name: str) -> str:
     if task is None and kind is None:
         return f"nothing is called {name}{_near(home, name)}"
     what, file = ("task", "tasks.ttl") if task is not None else ("class", "domain.ttl")
-    return f"{name} is a {what}, as {file} has it: see adaptbot kg show"
+    return f"{name} is a {what}, as {file} has it; see adaptbot kg show {shlex.quote(name)}"
 
 
 def _near(home: Home, name: str) -> str:

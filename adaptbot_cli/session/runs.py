@@ -1,8 +1,10 @@
 """The runs of a workspace, from their transcripts: listed, found, traced again, gone on with."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from difflib import SequenceMatcher
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PastRun:
-    """A run as its transcript tells it; `outcome` is "" if it has not ended."""
+    """A run as its transcript tells it; `outcome` is "" if it has not ended.
+
+    `short` is the beginning of its id that no other run's id begins with.
+    """
 
     id: str
+    short: str
     task: str
     domain: str
     planner: str
@@ -52,20 +58,118 @@ def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[Pas
     from adaptbot_cli.errors import UsageError
 
     found: list[PastRun] = []
-    for path in sorted(workspace.transcripts.glob("*.yaml"), reverse=True):
+    paths = sorted(workspace.transcripts.glob("*.yaml"), reverse=True)
+    short = _short_ids(paths)
+    for path in paths:
         try:
             header, end = glanced(path)
         except UsageError:
             continue
-        asked = str(header.get("task", ""))
-        if not set(words(task)) <= set(words(asked)):
+        if not set(words(task)) <= set(words(str(header.get("task", "")))):
             continue
-        domain, planner, world = (str(header.get(k) or "") for k in ("domain", "planner", "world"))
-        outcome, met = str(end.get("outcome") or ""), end.get("goal_met") is True
-        found.append(PastRun(path.stem, asked, domain, planner, world, outcome, met))
+        found.append(_past(path, short[path], header, end))
         if len(found) == last:
             break
     return found
+
+
+_LENGTHS = tuple(map(len, ("20261130T1058", "20261130T105812", "20261130T105812564")))
+
+
+def _short_ids(paths: Sequence[Path]) -> dict[Path, str]:
+    """The beginnings of their names, to the minute, the second or what else tells all apart."""
+    names = [path.stem.partition("-")[0] for path in paths]
+    most = len(set(names))
+    length = next((n for n in _LENGTHS if len({name[:n] for name in names}) == most), None)
+    return {path: name[:length] for path, name in zip(paths, names, strict=True)}
+
+
+@dataclass(frozen=True, slots=True)
+class RunDetails:
+    """What a run's transcript tells of it. Steps are those of the last plan, as it was checked;
+    `learned` is what was kept of it."""
+
+    run: PastRun
+    policy: str
+    requires: tuple[str, ...]
+    without: tuple[str, ...]
+    steps: tuple[str, ...]
+    questions: Mapping[str, str]
+    learned: tuple[str, ...]
+    tokens: int
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a plain object."""
+        return {**asdict(self), "run": self.run.as_json(), "questions": dict(self.questions)}
+
+
+def details(workspace: Workspace, path: Path) -> RunDetails:
+    """Return what a transcript tells of its run. Raises UsageError: it is none."""
+    from adaptbot_cli.adapters.transcript import read_cut
+
+    header, turns = read_cut(path)
+    runs = sorted(workspace.transcripts.glob("*.yaml"))
+    short = _short_ids(runs).get(path, path.stem)
+    end = turns[-1] if turns and turns[-1]["turn"] == "finished" else {}
+    task, plans, tokens = "", dict[str, list[str]](), 0
+    questions, learned = dict[str, str](), list[str]()
+    for turn in turns:
+        match turn["turn"]:
+            case "propose":
+                task = str(turn.get("task", ""))
+                tokens += sum((turn.get("tokens") or {}).values())
+            case "checked":
+                plans[task] = [str(step) for step in turn.get("steps") or ()]
+            case "ask":
+                questions[str(turn.get("text", ""))] = str(turn.get("answer", ""))
+            case "offer":
+                answers = turn.get("answers")
+                for prop, answer in answers.items() if isinstance(answers, dict) else ():
+                    questions[f"{turn.get('about')}: {prop}"] = str(answer)
+            case "keep":
+                learned += map(str, turn.get("lessons") or ())
+    return RunDetails(
+        _past(path, short, header, end),
+        str(header.get("policy", "")),
+        tuple(map(str, header.get("requires") or ())),
+        tuple(map(str, header.get("without") or ())),
+        tuple(step for steps in plans.values() for step in steps),
+        questions,
+        tuple(learned),
+        tokens,
+    )
+
+
+_SAME = ("ok", "changed", "inserted")
+"""How a step came to be what it is makes no other step of it."""
+
+Differing = tuple[tuple[int | None, int | None], str | None, str | None]
+
+
+def differing_steps(before: RunDetails, after: RunDetails) -> list[Differing]:
+    """Return the steps that one of two plans has and the other has not, side by side: their numbers
+    in each, and what they are. A step that was left out or not possible tells so."""
+
+    def plain(step: str) -> str:
+        status, _, call = step.partition(": ")
+        return call if status in _SAME else step
+
+    a, b = [plain(s) for s in before.steps], [plain(s) for s in after.steps]
+    rows: list[Differing] = []
+    for tag, i, i_end, j, j_end in SequenceMatcher(None, a, b, autojunk=False).get_opcodes():
+        if tag != "equal":
+            for m, n in zip_longest(range(i, i_end), range(j, j_end)):
+                numbers = (None if m is None else m + 1, None if n is None else n + 1)
+                rows.append((numbers, None if m is None else a[m], None if n is None else b[n]))
+    return rows
+
+
+def _past(path: Path, short: str, header: Mapping[str, Any], end: Mapping[str, Any]) -> PastRun:
+    task, domain, planner, world = (
+        str(header.get(key) or "") for key in ("task", "domain", "planner", "world")
+    )
+    outcome, met = str(end.get("outcome") or ""), end.get("goal_met") is True
+    return PastRun(path.stem, short, task, domain, planner, world, outcome, met)
 
 
 _EDITED = "hand-edited files were not committed before this run: told on the files as they are now"
@@ -136,7 +240,8 @@ def find_run(workspace: Workspace, name: str | None) -> Path:
     if name is None:
         return runs[-1]
     task = safe_name(name)
-    fitting = [run for run in runs if run.stem.startswith(name)]
+    fitting = [run for run in runs if run.stem == name]
+    fitting = fitting or [run for run in runs if run.stem.startswith(name)]
     fitting = fitting or [run for run in runs if run.stem.partition("-")[2].startswith(task)]
     if len(fitting) == 1:
         return fitting[0]
@@ -149,7 +254,7 @@ def find_run(workspace: Workspace, name: str | None) -> Path:
 def cut_off(workspace: Workspace, name: str = "") -> Path:
     """Return the transcript of the run to go on with: the one that is named, or the latest.
 
-    `name` is a transcript's name without ending, the beginning of one, or a file.
+    `name` is as for `find_run`.
 
     Raises:
         UsageError: there is no such run, there are several, or it has ended.
@@ -162,20 +267,11 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
         if not open_:
             raise UsageError(f"no run in {workspace.root} was cut off: there is nothing to resume")
         return open_[0]
-    if Path(name).is_file():
-        found = [Path(name)]
-    else:
-        found = sorted(workspace.transcripts.glob("*.yaml"))
-        exact = [path for path in found if path.stem == name]
-        found = exact or [path for path in found if path.stem.startswith(name)]
-    if not found:
-        raise UsageError(f'there is no run "{name}" in {workspace.root}; {_listed(open_)}')
-    if len(found) > 1:
-        raise UsageError(f'"{name}" is short for {len(found)} runs; {_listed(open_)}')
-    if has_end(text_of(found[0])):
-        raise UsageError(f"{found[0].stem} has ended: there is nothing to resume; {_listed(open_)}")
-    later = next((path for path in open_ if found[0] in chain(path)[:-1]), None)
-    return later or found[0]
+    found = find_run(workspace, name)
+    if has_end(text_of(found)):
+        raise UsageError(f"{found.stem} has ended: there is nothing to resume; {_listed(open_)}")
+    later = next((path for path in open_ if found in chain(path)[:-1]), None)
+    return later or found
 
 
 def _listed(paths: list[Path]) -> str:

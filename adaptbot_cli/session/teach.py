@@ -55,7 +55,8 @@ def teach(
         raise UsageError("say what there is: adaptbot kg add NAME")
     if is_absent(home.kg, name, "item"):
         raise UsageError(
-            f"{name} is not here, as a person has said; adaptbot kg retract takes that back first"
+            f"{name} is not here, as a person has said; adaptbot kg retract {quote(name)} takes "
+            "that back first"
         )
     human = _human(answers, prompts, agreed or dry_run)
     store = Nowhere() if dry_run else keeper(home)

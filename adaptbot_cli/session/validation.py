@@ -9,6 +9,7 @@ from rdflib import RDF
 from rdflib.term import Node
 
 from adaptbot_cli.core.changes import Changes, Status, Words, Wrong
+from adaptbot_cli.core.faults import FAULT, by_mistake, faults
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.graphs import load
@@ -40,11 +41,8 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
     if kg is not None and kg.domain.name not in ("", domain):
         text = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
         found.append(f'domain.ttl, entry {kg.domain.name}: {text}; write "{domain}"')
-    found += library_faults(workspace.library(domain), kg)
+    found = by_mistake([*found, *library_faults(workspace.library(domain), kg)])
     return kg, found, hints if found or kg is None else [*hints, *weak(kg)]
-
-
-_FAULT = re.compile(r"(?P<file>[\w.]+\.ttl), entry (?P<entry>.+?): (?P<told>.+?)(; (?P<do>.+))?")
 
 
 def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Wrong]:
@@ -56,13 +54,13 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         UsageError: there is no such domain.
         KnowledgeError: its folder, or one of the other files, cannot be read.
     """
-    from adaptbot_cli.core.faults import faults
     from adaptbot_cli.core.lint import lacking
 
     if files:
         kg = load(workspace, domain, files)
         where = ", ".join(map(str, files))
-        wrong = [Wrong(str(fault), where, "correct the file") for fault in faults(kg)]
+        told = by_mistake([str(fault) for fault in faults(kg)])
+        wrong = [Wrong(fault, where, "correct the file") for fault in told]
         return [*wrong, *(_hinted(hint, domain) for hint in lacking(kg))]
     kg_, found, _ = check_pack(workspace, domain)
     home: Home | None = Home(workspace, domain) if found else None
@@ -83,13 +81,14 @@ def _hinted(hint: str, domain: str) -> Wrong:
 
 def _explained(fault: str, domain: str, home: Home | None) -> Wrong:
     """Say of a fault where it stands, which answer caused it and how to get rid of it."""
-    match = _FAULT.fullmatch(fault)
+    match = FAULT.fullmatch(fault)
     if match is None:
         return Wrong(fault, f"kg/{domain}")
     file, remedy = f"kg/{domain}/{match['file']}", match["do"] or "edit the entry"
     if home is None or match["file"] not in ("attributes.ttl", "state.ttl"):
         return Wrong(f"{match['entry']}: {match['told']}", file, remedy)
-    origins = _origins(home, _meant(match["entry"], match["told"], home))
+    first = re.split(", | and ", match["entry"])[0]
+    origins = _origins(home, _meant(first, match["told"], home))
     caused = "; ".join(dict.fromkeys(_origin_text(origin, domain) for origin in origins))
     answers = [origin.answer for origin in origins if origin.answer]
     if answers:

@@ -63,10 +63,14 @@ def commands(home: Home) -> dict[str, tuple[int, str, list[str]]]:
         "no task": (2, "task", ["run"]),
         "empty task": (2, "make omelette", ["run", " "]),
         "a slip in a task": (3, "omlete (omelette?)", ["run", "make omlete", "--dry-run"]),
-        "a task of another domain": (5, "add --domain household", ["run", "mop it", "--dry-run"]),
+        "a task of another domain": (
+            5,
+            "adaptbot run 'mop it' --domain household",
+            ["run", "mop it", "--dry-run"],
+        ),
         "a task of no domain": (
             5,
-            "add --domain household.",
+            "adaptbot run sing --domain household",
             ["run", "sing", "--dry-run"],
         ),
         "too few replans": (2, "--replans", ["run", "make tea", "--replans", "-1"]),

@@ -44,5 +44,5 @@ def test_without_a_terminal_it_is_the_help(home: Home) -> None:
 
 def test_a_task_without_run_is_told_how_to_say_it(home: Home) -> None:
     ended = home.adaptbot("make", "omelette")
-    assert ended.code == 2 and "adaptbot run 'make omelette'" in ended.said
+    assert ended.code == 2 and 'adaptbot run "make omelette"' in ended.said
     assert "did you mean adaptbot doctor?" in home.adaptbot("docter").said

@@ -110,3 +110,21 @@ def test_it_is_retracted_with_its_parts(taught: Home, name: str) -> None:
 def test_an_action_on_which_another_name_rests_is_not_retracted(taught: Home) -> None:
     refused = taught.adaptbot("kg", "retract", "switch", "--yes")
     assert refused.code == 2 and "actions.ttl" in refused.said
+
+
+def test_show_and_why_tell_in_words_what_it_needs_and_does(taught: Home) -> None:
+    said = taught.adaptbot("kg", "show", "crisp_up").said
+    assert "not possible if rec is not for frying afterwards obj: fried" in said
+    said += taught.adaptbot("kg", "why", "crisp_up").said
+    said += taught.adaptbot("kg", "why", "activate").said
+    assert "activate, state always true" in said
+    assert not any(word in said for word in ("DELETE", "ASK", "?obj", "_needs_1", "_as_"))
+    pack = taught.adaptbot("kg", "why", "slice")
+    assert "nobody taught it" in pack.said and "afterwards obj: sliced" in pack.said
+    told = taught.adaptbot("kg", "why", "slice", "--json").json()
+    assert told["facts"] == [] and told["action"]["afterwards"] == ["obj: sliced"]
+
+
+def test_the_robot_is_shown_by_its_name(taught: Home) -> None:
+    assert taught.adaptbot("kg", "show", "robot", "--json").json()["class"] == "agent"
+    assert "came with the kitchen pack" in taught.adaptbot("kg", "why", "robot").said

@@ -123,8 +123,8 @@ def test_a_known_action_with_a_fixed_argument_is_taught(home: Home) -> None:
         opened.answers(
             (HOW.format("activate"), "f"),
             ("Which of these is", f"switch{ENTER}"),
-            ("Which part of switch", "2"),
-            ("Which state is it", "1"),
+            ('Which part of "switch"', "2"),
+            ('Which "state" is it', "1"),
             KEEP,
         )
         assert runs(opened)

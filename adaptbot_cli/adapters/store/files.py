@@ -70,6 +70,23 @@ def names(root: Path, path: str) -> list[str]:
             return []
 
 
+def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
+    """Return the contents of a pack's files, those that are there.
+
+    With `root`, a workspace that the folder lies in, no link below it is followed.
+
+    Raises:
+        KnowledgeError: the folder or a file cannot be read, or is reached through a link.
+    """
+    if root is None:
+        with refusing(folder, "read"):
+            return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
+    path = folder.relative_to(root).as_posix()
+    found = [name for name in names(root, path) if name.endswith(".ttl")]
+    held = {name: read(root, f"{path}/{name}") for name in found}
+    return {name: data for name, data in held.items() if data is not None}
+
+
 def write(root: Path, path: str, data: bytes | None) -> None:
     """Give a file new content, through to the disk, or remove it (None); old or new, never half.
 

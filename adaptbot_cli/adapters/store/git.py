@@ -759,8 +759,8 @@ class Repo:
             f"{intent.parent or '0' * 40} {intent.commit} {who.name} <{who.email}> {who.time} "
             f"{zone}\tcommit: {commit.message.partition(chr(10))[0]}\n"
         )
-        for base, log in {(self._gitdir, "HEAD"), (self._common, ref)} - {(self._common, "HEAD")}:
-            path = base / "logs" / log
+        branch = [self._common / "logs" / ref] if ref != "HEAD" else []
+        for path in (self._gitdir / "logs" / "HEAD", *branch):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("ab") as file:
                 file.write(line.encode("utf-8", "replace"))

@@ -8,7 +8,8 @@ import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store import domains, files, turtle
+from adaptbot_cli.adapters.store import domains, turtle
+from adaptbot_cli.adapters.store.files import read_files as read_files  # by its older name too
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -160,23 +161,6 @@ def read_graphs(paths: Sequence[Path]) -> list[Triple] | None:
         return None
     data = ((bounded.read_bytes(path, bounded.GRAPH, piped=True), str(path)) for path in paths)
     return [triple for given in data for triple in triples(*given)]
-
-
-def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
-    """Return the contents of a pack's files, those that are there.
-
-    With `root`, a workspace that the folder lies in, no link below it is followed.
-
-    Raises:
-        KnowledgeError: the folder or a file cannot be read, or is reached through a link.
-    """
-    if root is None:
-        with files.refusing(folder, "read"):
-            return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
-    path = folder.relative_to(root).as_posix()
-    found = [name for name in files.names(root, path) if name.endswith(".ttl")]
-    read = {name: files.read(root, f"{path}/{name}") for name in found}
-    return {name: data for name, data in read.items() if data is not None}
 
 
 def parse(data: bytes, path: str) -> Graph:

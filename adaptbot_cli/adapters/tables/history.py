@@ -2,13 +2,22 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from rdflib import URIRef
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from adaptbot_cli.adapters.tables.things import cell, count, indented, joined, minute
-from adaptbot_cli.core.changes import Changes, Edited, ValueChange, Words, by_thing
+from adaptbot_cli.adapters.tables.things import (
+    Plain,
+    action,
+    cell,
+    count,
+    indented,
+    joined,
+    minute,
+)
+from adaptbot_cli.core.changes import PARTS, Changes, Edited, ValueChange, Words, by_thing
 from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import AB, Triple
 
 _SIGNS = {"added": ("+", "green"), "removed": ("-", "red"), "changed": ("~", "yellow")}
 _WHOLE = {"added": "new", "removed": "gone", "changed": ""}
@@ -146,16 +155,24 @@ def why(
     facts: Mapping[Triple, Origin],
     past: Sequence[Turnover],
     words: Words,
+    about: Plain | None = None,
 ) -> RenderableType:
-    """Show where facts come from: one block an origin, the pack's last."""
+    """Show where facts come from: one block an origin, the pack's last. Of an action that nobody
+    taught (`about`) what it does is shown, as its file has it."""
     by_origin: dict[Origin, list[Triple]] = {}
+    parts_told = {value for _, predicate, value in facts if predicate in PARTS}
+    explained = {subject for subject, predicate, _ in facts if predicate == AB.explain}
     for triple, origin in facts.items():
+        if triple[0] in parts_told or (triple[1] == AB.effect and triple[0] in explained):
+            continue  # told with the action, in words
         by_origin.setdefault(origin, []).append(triple)
     ordered = sorted(by_origin, key=lambda origin: (origin.when, origin.answer), reverse=True)
     parts: list[RenderableType] = [cell(name, "bold")]
     for origin in ordered:
         triples = sorted(by_origin[origin], key=lambda t: words.order(t[1]))
         parts += [origin_of(origin, words), indented(_fact(t, words) for t in triples)]
+    if about is not None and not any(subject == URIRef(about["iri"]) for subject, _, _ in facts):
+        parts += [cell("nobody taught it: it is as actions.ttl has it", "cyan"), action(about)]
     if past:
         parts += [Text("before and since", "bold"), indented(_past(past, words))]
     return Group(*parts)

@@ -1,5 +1,6 @@
 """Tables of things, actions and tasks for the terminal, and the cells all tables share."""
 
+import shlex
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -166,7 +167,7 @@ def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
 
 
 def action(record: Plain) -> RenderableType:
-    """Show an action: what it takes, what must hold, what it changes."""
+    """Show an action: what it takes, what must hold, what is different afterwards."""
     parts: list[RenderableType] = [
         Text.assemble(cell(_call(record), "bold"), "  action"),
         cell(record["explain"]),
@@ -177,10 +178,7 @@ def action(record: Plain) -> RenderableType:
     parts += _part("takes", takes)
     parts += _part("not possible if", [(cell(need["if_not"]),) for need in record["requires"]])
     parts += _part("warns", [(cell(advice),) for advice in record["advises"]])
-    changes = record["changes"]
-    rows = [(Text("-", "red"), cell(line, "dim")) for line in changes["removes"]]
-    rows += [(Text("+", "green"), cell(line, "dim")) for line in changes["adds"]]
-    parts += _part("changes", rows)
+    parts += _part("afterwards", [(cell(sentence),) for sentence in record["afterwards"]])
     if not record["effect_known"]:
         parts.append(Text("what it changes is not known", "yellow"))
     return Group(*parts)
@@ -202,7 +200,7 @@ def _part(title: str, rows: Sequence[tuple[Text, ...]]) -> list[RenderableType]:
     return [Text(title, "dim"), indented(rows)] if rows else []
 
 
-def task(record: Plain, missing: Sequence[str]) -> RenderableType:
+def task(record: Plain, missing: Sequence[str], domain: str) -> RenderableType:
     """Show a task: what it needs, what of that is not here, when it is not done."""
     parts: list[RenderableType] = [Text.assemble(cell(record["task"], "bold"), ("  task", "dim"))]
     if record["also_called"]:
@@ -211,5 +209,5 @@ def task(record: Plain, missing: Sequence[str]) -> RenderableType:
     if missing:
         parts.append(cell(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))
     parts += _part("not done if", [(cell(goal),) for goal in record["done_unless"]])
-    command = f'adaptbot run "{record["task"]}"'
+    command = f"adaptbot run {shlex.quote(record['task'])} --domain {domain}"
     return Group(*parts, cell(f"do it: {command}", "dim"))

@@ -103,7 +103,10 @@ class Process:
         if answer is None or answer.get("ready") is not True:
             why = self._lost or "it did not say that it is ready"
             self.close()
-            raise WorldError(f"{self.name}: {why}{self._last_words()}; see adaptbot world check")
+            again = shlex.quote(self.name)
+            raise WorldError(
+                f"{self.name}: {why}{self._last_words()}; see adaptbot world check {again}"
+            )
         return self._seen(answer, Delta(), odd)
 
     def act(self, turn: Act) -> Seen:

@@ -11,6 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from adaptbot_cli.cli.common import at_terminal, console, items
+from adaptbot_cli.cli.help import (
+    model_option,
+    output_option,
+    person_option,
+    task_option,
+    world_option,
+)
 from adaptbot_cli.cli.run import PolicyName
 
 if TYPE_CHECKING:
@@ -20,40 +27,38 @@ if TYPE_CHECKING:
 
 
 ArmsOption = Annotated[
-    str, typer.Option(metavar="A,B,C", help="Any of llm, llm+kg and llm+kg+human.")
+    str, task_option(metavar="A,B,C", help="Any of llm, llm+kg and llm+kg+human.")
 ]
 PolicyOption = Annotated[
-    PolicyName, typer.Option(help="Ask about required items first, or re-prompt first.")
+    PolicyName, person_option(help="Ask about required items first, or re-prompt first.")
 ]
 ReplansOption = Annotated[
-    int, typer.Option(min=0, max=20, metavar="N", help="Re-prompts at most (F_max).")
+    int, model_option(min=0, max=20, metavar="N", help="Re-prompts at most (F_max).")
 ]
 CumulativeOption = Annotated[
-    bool, typer.Option("--cumulative", help="Carry knowledge over from task to task.")
+    bool, task_option("--cumulative", help="Carry knowledge over from task to task.")
 ]
 ErrorOption = Annotated[
-    float, typer.Option(min=0, max=1, metavar="P", help="How often the simulated person errs.")
+    float, person_option(min=0, max=1, metavar="P", help="How often the simulated person errs.")
 ]
-SeedOption = Annotated[int, typer.Option(metavar="N", help="Seed of the person's errors.")]
+SeedOption = Annotated[int, person_option(metavar="N", help="Seed of the person's errors.")]
 SelectOption = Annotated[
-    str | None, typer.Option(metavar="PATTERN", help="Only these ids, such as 'gpt-4o/*'.")
+    str | None, task_option(metavar="PATTERN", help="Only these ids, such as 'gpt-4o/*'.")
 ]
-LimitOption = Annotated[
-    int | None, typer.Option(min=1, metavar="N", help="The first N tasks only.")
-]
+LimitOption = Annotated[int | None, task_option(min=1, metavar="N", help="The first N tasks only.")]
 JobsOption = Annotated[
     int | None, typer.Option(min=1, metavar="N", help="Processes; all cores by default.")
 ]
 PlotOption = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Draw the figures: .svg, .pdf or .png, by its ending."),
+    output_option(metavar="FILE", help="Draw the figures: .svg, .pdf or .png, by its ending."),
 ]
 WorldOption = Annotated[
     str | None,
-    typer.Option(metavar="WORLD", help="`truth`: carry plans out in the truth, and judge there."),
+    world_option(metavar="WORLD", help="`truth`: carry plans out in the truth, and judge there."),
 ]
 PlantedOption = Annotated[
-    float, typer.Option(min=0, max=1, metavar="P", help="Share of errors planted in the base.")
+    float, world_option(min=0, max=1, metavar="P", help="Share of errors planted in the base.")
 ]
 ALL_ARMS = "llm,llm+kg,llm+kg+human"
 

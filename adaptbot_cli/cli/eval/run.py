@@ -19,6 +19,7 @@ from adaptbot_cli.cli.common import (
 )
 from adaptbot_cli.cli.eval import options
 from adaptbot_cli.cli.eval.options import carry_out
+from adaptbot_cli.cli.help import model_option, output_option, person_option
 from adaptbot_cli.cli.run import PolicyName, PromptName, PromptOption
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def run(
     kg: KgOption = None,
     truth: Annotated[
         list[Path] | None,
-        typer.Option(metavar="FILE", help="A Turtle graph that the simulated person knows."),
+        person_option(metavar="FILE", help="A Turtle graph that the simulated person knows."),
     ] = None,
     arms: options.ArmsOption = options.ALL_ARMS,
     policy: options.PolicyOption = PolicyName.tutor,
@@ -47,21 +48,20 @@ def run(
     human_error: options.ErrorOption = 0.0,
     seed: options.SeedOption = 0,
     model: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Plan live: any litellm model, or `library`."),
+        str | None, model_option(metavar="NAME", help="Plan live: any litellm model, or `library`.")
     ] = None,
     api_base: ApiBaseOption = None,
     prompt: PromptOption = PromptName.auto,
     leave_out: Annotated[
-        str, typer.Option(metavar="A,B", help="Parts that prompts lack: items, example, memory.")
+        str, model_option(metavar="A,B", help="Parts that prompts lack: items, example, memory.")
     ] = "",
     unseen: Annotated[
-        bool, typer.Option("--unseen", help="Show a model no library plan of the task itself.")
+        bool, model_option("--unseen", help="Show a model no library plan of the task itself.")
     ] = False,
     timeout: TimeoutOption = None,
     value: Annotated[
         Path | None,
-        typer.Option("--answers", metavar="FILE", help="Keep a model's answers here, by prompt."),
+        model_option("--answers", metavar="FILE", help="Keep a model's answers here, by prompt."),
     ] = None,
     select: options.SelectOption = None,
     limit: options.LimitOption = None,
@@ -70,7 +70,7 @@ def run(
     jobs: options.JobsOption = None,
     results: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Keep the trials here, and go on from them."),
+        output_option(metavar="FILE", help="Keep the trials here, and go on from them."),
     ] = None,
     plot: options.PlotOption = None,
     json: JsonOption = False,
@@ -150,7 +150,7 @@ def published(
     ],
     write: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Only write the recordings, one JSON object a line."),
+        output_option(metavar="FILE", help="Only write the recordings, one JSON object a line."),
     ] = None,
     arms: options.ArmsOption = options.ALL_ARMS,
     policy: options.PolicyOption = PolicyName.tutor,

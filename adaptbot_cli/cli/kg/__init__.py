@@ -2,9 +2,10 @@
 
 import typer
 
+from adaptbot_cli.cli.help import Group
 from adaptbot_cli.cli.kg import changing, graphs, history, sharing, show, state
 
-app = typer.Typer(help="The knowledge graph of this home.", no_args_is_help=True)
+app = typer.Typer(cls=Group, help="The knowledge graph of this home.", no_args_is_help=True)
 _LOOK, _VERSIONS, _CHANGE, _SHARE = "Look", "Versions", "Change", "Share"
 
 app.command(rich_help_panel=_LOOK)(show.show)

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     AnswersOption,
     DomainOption,
@@ -39,7 +40,14 @@ def put(
 
 
 def retract(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, another name, an absence.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="A thing, another name, an absence.",
+            autocompletion=completion.things,
+        ),
+    ],
     prop: Annotated[str, typer.Argument(metavar="[PROPERTY]", help="Only this fact of it.")] = "",
     value: Annotated[
         str, typer.Argument(metavar="[VALUE]", help="Which one, if there are several.")
@@ -59,7 +67,12 @@ def retract(
 
 def revert(
     revision: Annotated[
-        str | None, typer.Argument(metavar="[REV]", help="A commit, or an answer; see kg log.")
+        str | None,
+        typer.Argument(
+            metavar="[REV]",
+            help="A commit, or an answer; see kg log.",
+            autocompletion=completion.revisions,
+        ),
     ] = None,
     answer: Annotated[
         str | None, typer.Option("--answer", metavar="ID", help="One answer; see kg log or why.")
@@ -156,7 +169,12 @@ def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
 
 
 def add(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What there is in this home.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="What there is in this home.", autocompletion=completion.things
+        ),
+    ],
     answers: AnswersOption = None,
     yes: YesOption = False,
     dry_run: DryRunOption = False,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -19,6 +20,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
+from adaptbot_cli.cli.help import output_option
 from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
 
 if TYPE_CHECKING:
@@ -103,15 +105,21 @@ def _show(answer: "Answered", home: "Home", json: bool) -> None:
 
 
 def export(
-    form: Annotated[Format, typer.Option("--format", help="How it is written.")] = Format.turtle,
+    form: Annotated[Format, output_option("--format", help="How it is written.")] = Format.turtle,
     graph: Annotated[
         GraphName, typer.Option("--graph", help="What things are, how they are now, or both.")
     ] = GraphName.merged,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
+        Path | None, output_option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
     ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="REV", help="As it was at a revision.")
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="REV",
+            help="As it was at a revision.",
+            autocompletion=completion.revisions,
+        ),
     ] = None,
     domain: DomainOption = None,
     workspace_dir: WorkspaceOption = None,

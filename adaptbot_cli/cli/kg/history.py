@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -16,7 +17,12 @@ from adaptbot_cli.cli.common import (
 
 def log(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Only what concerns this thing.")
+        str | None,
+        typer.Argument(
+            metavar="[NAME|RUN]",
+            help="Only what concerns a thing, or what a run taught.",
+            autocompletion=completion.taught,
+        ),
     ] = None,
     number: Annotated[
         int, typer.Option("-n", min=1, metavar="N", help="Show the newest N commits.")
@@ -48,8 +54,14 @@ def log(
 
 
 def diff(
-    a: Annotated[str | None, typer.Argument(metavar="[A]", help="A revision.")] = None,
-    b: Annotated[str | None, typer.Argument(metavar="[B]", help="A later one.")] = None,
+    a: Annotated[
+        str | None,
+        typer.Argument(metavar="[A]", help="A revision.", autocompletion=completion.revisions),
+    ] = None,
+    b: Annotated[
+        str | None,
+        typer.Argument(metavar="[B]", help="A later one.", autocompletion=completion.revisions),
+    ] = None,
     patch: Annotated[
         bool, typer.Option("--patch", help="Print a SPARQL update for `kg query --update`.")
     ] = False,
@@ -85,7 +97,12 @@ def diff(
 
 
 def why(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing, an action, an absence.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A thing, an action, an absence.", autocompletion=completion.taught
+        ),
+    ],
     prop: Annotated[
         str, typer.Argument(metavar="[PROPERTY]", help="One property, with all its past.")
     ] = "",
@@ -95,13 +112,16 @@ def why(
 ) -> None:
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
     from adaptbot_cli.adapters.tables.history import why as table
+    from adaptbot_cli.core import describing
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import knowledge
 
     home = home_of(workspace_dir, domain)
     reply = knowledge.why(home, name, prop)
+    known = describing.action_called(home.kg, reply.name)
+    action = None if known is None else describing.action(home.kg, known)
     if not json:
-        console().print(table(reply.name, reply.facts, reply.history, home.words))
+        console().print(table(reply.name, reply.facts, reply.history, home.words, action))
         return
     facts = [
         {
@@ -117,4 +137,5 @@ def why(
         {"sign": turn.sign, "value": home.words.value(turn.triple[2]), **turn.origin.as_json()}
         for turn in reply.history
     ]
-    print_json({"name": reply.name, "facts": facts, "history": past})
+    told = {"name": reply.name, "facts": facts, "history": past}
+    print_json(told | ({"action": action} if action else {}))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     AnswersOption,
     DomainOption,
@@ -67,7 +68,10 @@ def sync(
 
 def pull(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME…]", help="Only these; else everything.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME…]", help="Only these; else everything.", autocompletion=completion.things
+        ),
     ] = None,
     answers: AnswersOption = None,
     domain: DomainOption = None,

@@ -1,10 +1,12 @@
 """`adaptbot kg show` and `stats`: what is known of this home."""
 
+import shlex
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     DomainOption,
     JsonOption,
@@ -27,10 +29,20 @@ if TYPE_CHECKING:
 def show(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME|CLASS|PLACE]", help="A thing, class, action or task."),
+        typer.Argument(
+            metavar="[NAME|CLASS|PLACE]",
+            help="A thing, class, action or task.",
+            autocompletion=completion.anything,
+        ),
     ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="REV", help="As it was at a revision.")
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="REV",
+            help="As it was at a revision.",
+            autocompletion=completion.revisions,
+        ),
     ] = None,
     tasks: Annotated[bool, typer.Option("--tasks", help="List the tasks that are known.")] = False,
     actions: Annotated[bool, typer.Option("--actions", help="List the actions.")] = False,
@@ -81,7 +93,7 @@ def _called(graph: "Kg", name: str) -> "Shown":
     from adaptbot_cli.adapters.tables import things
     from adaptbot_cli.core import describing, view
 
-    found = graph.find(name)
+    found = view.called(graph, name)
     if found:
         thing = view.thing(graph, found[0])
         return thing.as_json(), lambda: things.one(graph, thing)
@@ -101,7 +113,9 @@ def _called(graph: "Kg", name: str) -> "Shown":
     if task is not None:
         wanted = describing.task(task, graph.domain)
         missing = [item for item in wanted["needs"] if not graph.find(item)]
-        return {**wanted, "missing": missing}, lambda: things.task(wanted, missing)
+        return {**wanted, "missing": missing}, lambda: things.task(
+            wanted, missing, graph.domain.name
+        )
     raise _unknown(graph, name)
 
 
@@ -110,16 +124,13 @@ def _unknown(graph: "Kg", name: str) -> Exception:
     from adaptbot_cli.core.learning import is_absent
     from adaptbot_cli.errors import UsageError
 
-    if is_absent(graph, name, "item"):
-        return UsageError(
-            f"{name} is not here, as a person has said; `adaptbot kg why` tells who, "
-            "`adaptbot kg retract` takes it back"
-        )
-    if is_absent(graph, name, "action"):
-        return UsageError(
-            f"{name} is not possible here, as a person has said; `adaptbot kg why` tells who, "
-            "`adaptbot kg retract` takes it back"
-        )
+    for kind, what in (("item", "here"), ("action", "possible here")):
+        if is_absent(graph, name, kind):
+            said = shlex.quote(name)
+            return UsageError(
+                f"{name} is not {what}, as a person has said; `adaptbot kg why {said}` tells who, "
+                f"`adaptbot kg retract {said}` takes it back"
+            )
     near = view.near(graph, name, whatever=True)
     hint = f"; near it: {', '.join(near)}" if near else ""
     return UsageError(f"no thing, class, action or task is called {name}{hint}")

@@ -146,10 +146,10 @@ def _fixed(unknown: Unknown, kg: Kg) -> Talk:
 def _which_parameter(
     unknown: Unknown, action: Action, left: Sequence[Parameter], fixed: Sequence[CalledAs]
 ) -> Question:
-    text = f"Which part of {action.name} is always the same?"
+    text = f'Which part of "{action.name}" is always the same?'
     choices = [Choice(p.name, _takes(p)) for p in left]
     if fixed:
-        text = f"Is another part of {action.name} always the same?"
+        text = f'Is another part of "{action.name}" always the same?'
         choices.insert(0, Choice(DONE, "no, the plan says the rest"))
     question = _question(unknown, f"part_{len(fixed) + 1}", text, choices)
     return replace(question, notes=(f"the plan says {unknown.call.render()}",))
@@ -162,7 +162,7 @@ def _takes(parameter: Parameter) -> str:
 
 def _value(unknown: Unknown, parameter: Parameter, kg: Kg) -> Generator[Question, str, Node]:
     """Ask for the value that an argument always has."""
-    text = f"Which {parameter.name} is it always?"
+    text = f'Which "{parameter.name}" is it always?'
     if parameter.words:
         choices = [Choice(word, word) for word in parameter.words]
     else:
@@ -176,7 +176,7 @@ def _value(unknown: Unknown, parameter: Parameter, kg: Kg) -> Generator[Question
         if value is not None:
             return value
         tries += 1
-        text = f'"{message}" will not do. Which {parameter.name} is it always?'
+        text = f'"{message}" will not do. Which "{parameter.name}" is it always?'
 
 
 def _meant(text: str, parameter: Parameter, kg: Kg) -> Node | None:
