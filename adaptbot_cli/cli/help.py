@@ -90,6 +90,10 @@ _EXAMPLES = {
     "kg diff": ("adaptbot kg diff", "adaptbot kg diff HEAD~3 HEAD", "adaptbot kg diff --patch"),
     "kg commit": ('adaptbot kg commit -m "the kettle has moved"',),
     "kg add": ("adaptbot kg add leek", "adaptbot kg add leek --answers leek.yaml --yes"),
+    "kg set": (
+        "adaptbot kg set egg place cabinet --yes",
+        "adaptbot kg set egg sliceable no --dry-run",
+    ),
     "kg retract": (
         "adaptbot kg retract egg --dry-run",
         "adaptbot kg retract egg obj_location fridge",

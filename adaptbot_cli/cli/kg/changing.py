@@ -23,7 +23,12 @@ if TYPE_CHECKING:
 
 
 def put(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A thing of this home.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="A thing of this home.", autocompletion=completion.things
+        ),
+    ],
     prop: Annotated[str, typer.Argument(metavar="PROPERTY", help="What of it, such as place.")],
     value: Annotated[str, typer.Argument(metavar="VALUE", help="yes, no, a place, a number …")],
     yes: YesOption = False,
