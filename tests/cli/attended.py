@@ -20,7 +20,7 @@ from tests.cli.forking import Process
 UP, DOWN = "\x1b[A", "\x1b[B"
 ENTER, ESC, CTRL_C, TAB, CTRL_U = "\r", "\x1b", "\x03", "\t", "\x15"
 COLUMNS = 80
-HINT = r"[^»]{0,160}?\((one key|type to|Y/n|Enter|Tab|Esc)"
+HINT = r"[^»]{0,160}?\((one key|type to|Y/n|Enter|Tab|Esc|a number|y or n|letters|2 no)"
 """What stands after a question that can be answered: which keys do it."""
 
 

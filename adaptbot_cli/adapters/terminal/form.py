@@ -143,6 +143,12 @@ class Form(Menu):
             hints.append("Tab: only what is needed" if needed else "Tab: skip")
         return ", ".join([*hints, *([f"Esc: {self.back}"] if self.back else [])])
 
+    def by_line(self) -> str:
+        """Return how a line of the form is changed, and the form taken."""
+        needed = any(row.needed for row in self.entries)
+        rest = ", -: only what is needed" if needed else ", -: skip"
+        return f"2 no: line 2 is no, Enter: take this{rest}"
+
     def keys(self) -> Sequence[tuple[str, str]]:
         """Return the keys of a line, and of the form."""
         return [
@@ -163,8 +169,10 @@ class Form(Menu):
         """Return a line for each question, with its answer and where that is from."""
         return [self._row(n, entry) for n, entry in enumerate(self.entries)]
 
-    def below(self) -> Sequence[Line]:
-        """Return the question that is pointed at, and how it is answered."""
+    def below(self, numbered: bool) -> Sequence[Line]:
+        """Return the question that is pointed at, and how it is answered by keys."""
+        if numbered:
+            return ()
         return [
             [("", "  "), ("highlighted", plain(self.entries[self.at].question.text))],
             *([] if self.note else [[("then", f"  {self._help_of_line()}")]]),

@@ -59,6 +59,10 @@ class Menu(ABC):
         """Return the keys that stand beside the question."""
         return f"Esc: {self.back}" if self.back else ""
 
+    def by_line(self) -> str:
+        """Return what a line may be, where the rows are numbered."""
+        return "a number"
+
     def keys(self) -> Sequence[tuple[str, str]]:
         """Return the keys that ? shows, with what each does, besides moving about."""
         return ()
@@ -67,7 +71,7 @@ class Menu(ABC):
         """Return the lines between the question and the rows."""
         return ()
 
-    def below(self) -> Sequence[Line]:
+    def below(self, numbered: bool) -> Sequence[Line]:
         """Return the lines after the rows."""
         return ()
 
@@ -96,7 +100,9 @@ class Menu(ABC):
 
     def draw(self, width: int, numbered: bool) -> list[Line]:
         """Return the lines to show; `numbered` says that they are read one after the other."""
-        hint = ", ".join(part for part in (self.hint(), "?: keys") if part)
+        back = f"b: {self.back}" if self.back else ""
+        hints = (self.by_line(), back) if numbered else (self.hint(),)
+        hint = ", ".join(part for part in (*hints, "?: keys") if part)
         lines = [*heading(plain(self.text), hint, width), *self.above()]
         rows = self.rows()
         most = len(rows) if numbered else self.most()
@@ -105,10 +111,11 @@ class Menu(ABC):
             if row.above:
                 lines.append([("then", f"  {row.above}")])
             mark = ("pointer", " » ") if n == self.at else ("", "   ")
-            lines += _drawn(row, ("", f" {n + 1:>2}. ") if numbered else mark, width)
+            number = "    " if row.parts[0][1].startswith(f"{n + 1})") else f" {n + 1:>2}. "
+            lines += _drawn(row, ("", number) if numbered else mark, width)
         if len(rows) > top + most or top:
             lines.append([("then", f"   {len(rows) - most} more")])
-        lines += [*self.below()]
+        lines += [*self.below(numbered)]
         if self.note:
             lines.append([("bad", f"   {self.note}")])
         if self.helping:
@@ -160,6 +167,10 @@ class Keys(Menu):
         """Return that one key is enough."""
         return "one key, b: back" if self.back else "one key"
 
+    def by_line(self) -> str:
+        """Return that a row's letter will do, too, and which row Enter takes."""
+        return f"a number or its letter, Enter: {self.at + 1}"
+
     def rows(self) -> Sequence[Row]:
         """Return the choices with their keys."""
         return [
@@ -196,3 +207,7 @@ class YesNo(Keys):
     def hint(self) -> str:
         """Return both keys."""
         return "Y/n"
+
+    def by_line(self) -> str:
+        """Return both letters."""
+        return "y or n"

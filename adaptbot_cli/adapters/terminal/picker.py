@@ -60,6 +60,11 @@ class Picker(Menu):
         hints += [f"or {self.new}"] if self.new else []
         return ", ".join([*hints, *([f"Esc: {self.back}"] if self.back else [])])
 
+    def by_line(self) -> str:
+        """Return how the list is filtered, and how a row of it is taken."""
+        new = f", or {self.new}" if self.new else ""
+        return f"letters: filter {len(self.choices)}{new}; a number: take it"
+
     def keys(self) -> Sequence[tuple[str, str]]:
         """Return the keys that filter and take."""
         return [("letters", "filter"), ("Ctrl-U", "show all"), ("Enter", "take what is marked")]
@@ -87,14 +92,15 @@ class Picker(Menu):
             for n, choice in enumerate(self.matching())
         ]
 
-    def below(self) -> Sequence[Line]:
+    def below(self, numbered: bool) -> Sequence[Line]:
         """Say what to do where nothing matches."""
         if self.matching():
             return ()
         out = f", Esc: {self.back}" if self.back else ""
+        keys = f"   Backspace: a letter less, Ctrl-U: all of them{out}"
         return [
             [("bad", f"   nothing matches “{plain(self.typed)}”")],
-            [("then", f"   Backspace: a letter less, Ctrl-U: all of them{out}")],
+            [("then", "" if numbered else keys)],
         ]
 
     def read(self, line: str) -> Any:

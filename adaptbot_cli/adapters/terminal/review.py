@@ -38,6 +38,10 @@ class ReviewList(Menu):
         """Return the keys that matter most."""
         return "Enter: yes, Space: leave out, n: nothing, Esc: back"
 
+    def by_line(self) -> str:
+        """Return how all is kept, or a line left out."""
+        return "Enter: yes, a number: leave that out, n: nothing"
+
     def keys(self) -> Sequence[tuple[str, str]]:
         """Return all keys."""
         return [
@@ -58,7 +62,7 @@ class ReviewList(Menu):
         tick = ("then", "✗ ") if out else ("good", "✓ ")
         return Row([tick, (style, plain(lesson.sentence))], likely)
 
-    def below(self) -> Sequence[Line]:
+    def below(self, numbered: bool) -> Sequence[Line]:
         """Say what went or came with the line that was changed last."""
         return [[("then", f"   {plain(self.told)}")]] if self.told else ()
 
