@@ -16,11 +16,9 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from adaptbot_cli import __version__, bounded
-from adaptbot_cli.adapters.planner.budget import SECONDS
-from adaptbot_cli.adapters.planner.prompts import Part, style_of
+from adaptbot_cli.adapters.planner.prompts import style_of
 from adaptbot_cli.adapters.store.reading import read_files, read_graphs
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.tutor import Policy
 from adaptbot_cli.errors import AdaptbotError, UsageError
 from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.published import Series
@@ -243,85 +241,74 @@ _CODE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class Setup:
     """What an experiment is asked to do: the command line, read.
 
     `kg` and `truth` are Turtle files; without `kg` the base is the workspace's own graph, without
-    `truth` the person knows what the base knows. `select` is a pattern of row ids. With `world`
-    plans are carried out in the truth; `planted` is the share of errors put into the base.
+    `truth` the person knows what the base knows. `select` is a pattern of row ids; `planted` is the
+    share of errors put into the base; `rules` are those of every trial.
     """
 
     domain: str
+    rules: Rules = field(default_factory=Rules)
     kg: tuple[Path, ...] = ()
     truth: tuple[Path, ...] = ()
     arms: tuple[str, ...] = ARMS
-    policy: Policy = "tutor"
-    replans: int = 3
     cumulative: bool = False
-    human_error: float = 0.0
-    seed: int = 0
     jobs: int = 1
     limit: int | None = None
     select: str | None = None
-    model: str | None = None
-    api_base: str | None = None
-    world: bool = False
     planted: float = 0.0
-    prompt: str = "auto"
-    leave_out: tuple[Part, ...] = ()
-    unseen: bool = False
-    seconds: float = SECONDS
-    answers: Path | None = None
-    keep: bool = False
 
     def as_json(self) -> Json:
         """Return what makes a difference to the figures, for the report."""
+        rules = self.rules
         return {
             "domain": self.domain,
             "kg": [str(path) for path in self.kg],
             "truth": [str(path) for path in self.truth],
             "arms": list(self.arms),
-            "policy": self.policy,
-            "replans": self.replans,
+            "policy": rules.policy,
+            "replans": rules.replans,
             "cumulative": self.cumulative,
-            "human_error": self.human_error,
-            "seed": self.seed,
-            "model": self.model,
-            **(self._asked() if self.model else {}),
-            **({"world": "truth"} if self.world else {}),
+            "human_error": rules.human_error,
+            "seed": rules.seed,
+            "model": rules.model,
+            **(self._asked() if rules.model else {}),
+            **({"world": "truth"} if rules.world else {}),
             **({"planted": self.planted} if self.planted else {}),
-            **({"keep_plans": True} if self.keep else {}),
+            **({"keep_plans": True} if rules.keep else {}),
             "version": __version__,
         }
 
     def _asked(self) -> Json:
         """How a live model is asked."""
-        parts = {"leave_out": sorted(self.leave_out)} if self.leave_out else {}
-        unseen = {"unseen": True} if self.unseen else {}
-        return {"prompt": style_of(self.prompt), **parts, **unseen, "timeout": self.seconds}
+        rules = self.rules
+        parts = {"leave_out": sorted(rules.leave_out)} if rules.leave_out else {}
+        unseen = {"unseen": True} if rules.unseen else {}
+        return {"prompt": style_of(rules.prompt), **parts, **unseen, "timeout": rules.seconds}
 
 
 @dataclass(slots=True)
 class Experiment:
     """Rows, a world and rules, ready to run; `skipped` counts the rows of other domains."""
 
-    setting: Setting
+    setup: Setup
     rows: list[Recording]
     world: Basis
-    rules: Rules
     skipped: Counter[str] = field(default_factory=Counter)
 
     @property
     def size(self) -> int:
         """The number of trials."""
-        return len(self.rows) * len(self.setting.arms)
+        return len(self.rows) * len(self.setup.arms)
 
     def settings(self) -> Json:
         """Return the settings for the report, with the graphs that are meant where none is named.
 
         `kg` are the files or the pack that trials start from, `truth` those that the person knows.
         """
-        record = self.setting.as_json()
+        record = self.setup.as_json()
         base = record["kg"] or [self.world.where]
         return {**record, "kg": base, "truth": record["truth"] or base}
 
@@ -333,14 +320,14 @@ class Experiment:
         contents += [repr(sorted(graph)).encode() for graph in graphs]
         contents += [path.read_bytes() for path in sorted(_CODE.rglob("*.py"))]
         contents += [path.read_bytes() for path in sorted(bundled("prompts").glob("*.j2"))]
-        return digest(self.setting.as_json(), contents)
+        return digest(self.setup.as_json(), contents)
 
     def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:
         """Return the processes to run what is left, as a context that starts and stops them."""
-        jobs = min(self.setting.jobs, max(1, self.left(results)))
+        jobs = min(self.setup.jobs, max(1, self.left(results)))
         if jobs > 1:
             self.world.warm(dict.fromkeys(row.model for row in self.rows))
-        return workers(self.world, self.rules, jobs)
+        return workers(self.world, self.setup.rules, jobs)
 
     def run(
         self,
@@ -357,18 +344,19 @@ class Experiment:
         """
         self._first_answers()
         todo = [chain for chain in self._chains() if not self._is_done(chain, results)]
-        for trial in run(todo, self.world, self.rules, pool):
+        for trial in run(todo, self.world, self.setup.rules, pool):
             record = trial.as_json()
             results.add(record)
             ended(record)
-        order = [(row.id, arm) for row in self.rows for arm in self.setting.arms]
+        order = [(row.id, arm) for row in self.rows for arm in self.setup.arms]
         return [results.done[key] for key in order]
 
     def _first_answers(self) -> None:
-        if self.rules.model is None or self.rules.keep:  # what was kept is shown to the model
+        rules = self.setup.rules
+        if rules.model is None or rules.keep:  # what was kept is shown to the model
             return
         for n, row in enumerate(self.rows):
-            first = first_answer(row, self.world, self.rules)
+            first = first_answer(row, self.world, self.setup.rules)
             self.rows[n] = replace(row, answers={ARMS[0]: (first,)})
 
     def left(self, results: Results) -> int:
@@ -377,14 +365,14 @@ class Experiment:
         return sum(len(chain.rows) for chain in chains)
 
     def _chains(self) -> list[Chain]:
-        return chains(self.rows, self.setting.arms, self.setting.cumulative)
+        return chains(self.rows, self.setup.arms, self.setup.cumulative)
 
     def _is_done(self, chain: Chain, results: Results) -> bool:
         # A chain that was interrupted starts again: what it had learned is not on disk.
         return all(key in results.done for key in chain.keys)
 
 
-def prepare(setting: Setting, rows: Sequence[Recording], workspace: Workspace) -> Experiment:
+def prepare(setup: Setup, rows: Sequence[Recording], workspace: Workspace) -> Experiment:
     """Choose the rows and load what trials start from.
 
     Raises:
@@ -393,49 +381,32 @@ def prepare(setting: Setting, rows: Sequence[Recording], workspace: Workspace) -
     """
     world = _planted(
         Basis(
-            workspace.files(setting.domain),
-            str(workspace.folder(setting.domain)),
-            read_graphs(setting.kg),
-            read_graphs(setting.truth) or read_graphs(setting.kg),
-            workspace.library(setting.domain),
+            workspace.files(setup.domain),
+            str(workspace.folder(setup.domain)),
+            read_graphs(setup.kg),
+            read_graphs(setup.truth) or read_graphs(setup.kg),
+            workspace.library(setup.domain),
         ),
-        setting,
+        setup,
     )
     ours, skipped = _of_domain(rows, world)
-    chosen = [row for row in ours if fnmatchcase(row.id, setting.select or "*")]
+    chosen = [row for row in ours if fnmatchcase(row.id, setup.select or "*")]
     if not chosen:
-        raise UsageError(_nothing_left(setting, rows, ours))
-    rules = Rules(
-        setting.policy,
-        setting.replans,
-        setting.human_error,
-        setting.seed,
-        setting.model,
-        setting.api_base,
-        setting.world,
-        setting.prompt,
-        frozenset(setting.leave_out),
-        setting.unseen,
-        setting.seconds,
-        setting.answers,
-        setting.keep,
-    )
-    return Experiment(setting, chosen[: setting.limit], world, rules, skipped)
+        raise UsageError(_nothing_left(setup, rows, ours))
+    return Experiment(setup, chosen[: setup.limit], world, skipped)
 
 
-def _planted(basis: Basis, setting: Setting) -> Basis:
+def _planted(basis: Basis, setup: Setup) -> Basis:
     """The same with errors planted in what trials start from; the truth stays as it is."""
-    if not setting.planted:
+    if not setup.planted:
         return basis
     facts = list(basis.fresh().facts)
-    wrong = plant(facts, basis.fresh(), setting.planted, setting.seed)
+    wrong = plant(facts, basis.fresh(), setup.planted, setup.rules.seed)
     truth = basis.truth if basis.truth is not None else facts
     return replace(basis, base=wrong, truth=truth, planted=frozenset(facts) - frozenset(wrong))
 
 
-def of_published(
-    series: Sequence[Series], setting: Setting, workspace: Workspace
-) -> list[Experiment]:
+def of_published(series: Sequence[Series], setup: Setup, workspace: Workspace) -> list[Experiment]:
     """Return an experiment for each of the authors' series, on its own graphs.
 
     Raises:
@@ -445,13 +416,13 @@ def of_published(
     found = []
     for each in series:
         rows = [row_of(row, row["id"]) for row in each.rows]
-        if not any(fnmatchcase(row.id, setting.select or "*") for row in rows):
+        if not any(fnmatchcase(row.id, setup.select or "*") for row in rows):
             continue
         domain = _domain_called(each.domain, workspace)
-        own = replace(setting, domain=domain, kg=(each.initial,), truth=(each.after,))
+        own = replace(setup, domain=domain, kg=(each.initial,), truth=(each.after,))
         found.append(prepare(own, rows, workspace))
     if not found:
-        raise UsageError(f'no recording\'s id matches "{setting.select}"')
+        raise UsageError(f'no recording\'s id matches "{setup.select}"')
     return found
 
 
@@ -483,13 +454,13 @@ def _names_in_bundle(domain: str) -> set[str]:
     return _names(Basis(read_files(folder), domain)) if folder.is_dir() else set()
 
 
-def _nothing_left(setting: Setting, rows: Sequence[Recording], ours: Sequence[Recording]) -> str:
+def _nothing_left(setup: Setup, rows: Sequence[Recording], ours: Sequence[Recording]) -> str:
     if ours:
-        return f'no recording\'s id matches "{setting.select}"; the first is "{ours[0].id}"'
+        return f'no recording\'s id matches "{setup.select}"; the first is "{ours[0].id}"'
     found = ", ".join(sorted({row.domain for row in rows}))
     return (
-        f"no recording is of the domain {setting.domain}; there are some of {found}. If one of "
-        f"these is meant, its name is an ab:alias in kg/{setting.domain}/domain.ttl"
+        f"no recording is of the domain {setup.domain}; there are some of {found}. If one of "
+        f"these is meant, its name is an ab:alias in kg/{setup.domain}/domain.ttl"
     )
 
 

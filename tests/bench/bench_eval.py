@@ -25,7 +25,7 @@ from rich.text import Text
 from adaptbot_cli.evaluation.experiment import (
     Experiment,
     Results,
-    Setting,
+    Setup,
     prepare,
     report,
     together,
@@ -50,13 +50,13 @@ def experiments(published: Path, **changes: Any) -> Iterator[Experiment]:
     """One experiment for each model and domain, on its own graphs."""
     rows = read_recordings(published / "plans.dev.jsonl")
     for model, domain in dict.fromkeys(row.series for row in rows):
-        setting = Setting(
+        setup = Setup(
             domain=DOMAINS[domain],
             kg=(published / "kg" / f"{domain}.initial.d65fe35.ttl",),
             truth=(published / "kg" / f"{domain}.after-human.{model}.d65fe35.ttl",),
             select=f"{model}/*",
         )
-        yield prepare(replace(setting, **changes), rows, Workspace(Path("/nonexistent")))
+        yield prepare(replace(setup, **changes), rows, Workspace(Path("/nonexistent")))
 
 
 def run(published: Path, jobs: int, **changes: Any) -> Json:

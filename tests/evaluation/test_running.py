@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.experiment import Experiment, Results, Setting
+from adaptbot_cli.evaluation.experiment import Experiment, Results, Setup
 from adaptbot_cli.evaluation.report import report
 from adaptbot_cli.evaluation.trial import Rules
 from tests.evaluation.shared import row, world
@@ -20,8 +20,8 @@ ROWS = [
 
 
 def experiment(**changes: Any) -> Experiment:
-    setting = Setting("workshop", **changes)
-    return Experiment(setting, list(ROWS), world(), Rules())
+    setup = Setup("workshop", **changes)
+    return Experiment(setup, list(ROWS), world())
 
 
 def run(told: Experiment, path: Path) -> list[dict[str, Any]]:
@@ -62,7 +62,7 @@ def test_knowledge_carried_over(jobs: int, tmp_path: Path) -> None:
     helped = [t for t in trials if "human" in t["arm"]]
     assert [t["questions"] for t in helped] == [1, 0, 0]
     assert [t["goal_met"] for t in helped] == [True, True, True]
-    found = report(told.setting.as_json(), trials)["arms"]
+    found = report(told.setup.as_json(), trials)["arms"]
     nodes, edges = found["llm+kg+human"]["nodes"], found["llm+kg+human"]["edges"]
     assert found["llm+kg"]["nodes"] == [nodes[0], nodes[0]]
     assert edges[1] == helped[-1]["edges"][1] > edges[0]
@@ -115,9 +115,9 @@ def test_the_results_of_something_else_are_left_alone(text: str, told: str, tmp_
 def test_what_makes_experiments_differ() -> None:
     keys = {
         experiment().key(),
-        experiment(replans=1).key(),
-        experiment(human_error=0.5).key(),
-        Experiment(Setting("workshop"), list(ROWS[:2]), world(), Rules()).key(),
+        experiment(rules=Rules(replans=1)).key(),
+        experiment(rules=Rules(human_error=0.5)).key(),
+        Experiment(Setup("workshop"), list(ROWS[:2]), world()).key(),
     }
     assert len(keys) == 4
     assert experiment().key() == experiment(jobs=2).key()
@@ -125,7 +125,7 @@ def test_what_makes_experiments_differ() -> None:
 
 def test_the_figures_of_an_arm(tmp_path: Path) -> None:
     told = experiment()
-    found = report(told.setting.as_json(), run(told, tmp_path / "r.jsonl"))
+    found = report(told.setup.as_json(), run(told, tmp_path / "r.jsonl"))
     helped, alone = found["arms"]["llm+kg+human"], found["arms"]["llm+kg"]
     assert (helped["n"], helped["goal_met"], alone["goal_met"]) == (3, 1, 1 / 3)
     assert helped["questions"] == 2 / 3

@@ -23,6 +23,7 @@ from adaptbot_cli.cli.run import PolicyName
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from adaptbot_cli.adapters.planner.prompts import Part
     from adaptbot_cli.evaluation.experiment import Experiment, Results
 
 
@@ -76,7 +77,7 @@ def arms(option: str) -> tuple[str, ...]:
     return tuple(arm for arm in ARMS if arm in wanted)
 
 
-def parts(option: str) -> tuple[Any, ...]:
+def parts(option: str) -> "frozenset[Part]":
     """Return the parts of a prompt that an option names. Raises UsageError."""
     from adaptbot_cli.adapters.planner.prompts import PARTS
     from adaptbot_cli.errors import UsageError
@@ -87,7 +88,7 @@ def parts(option: str) -> tuple[Any, ...]:
         raise UsageError(
             f'--leave-out: "{text}" is no part of a prompt; there is {", ".join(PARTS)}'
         )
-    return tuple(part for part in PARTS if part in items(option))
+    return frozenset(part for part in PARTS if part in items(option))
 
 
 def in_truth(option: str | None) -> bool:
@@ -187,8 +188,10 @@ def _results(experiment: "Experiment", path: Path | None) -> "Results":
     key = experiment.key()
     cache = user_cache_path("adaptbot", appauthor=False) / "eval" / f"{key}.jsonl"
     found = Results(path or cache, key)
-    if experiment.rules.model is not None and experiment.rules.answers is None:
-        experiment.rules = replace(experiment.rules, answers=found.answers)
+    rules = experiment.setup.rules
+    if rules.model is not None and rules.answers is None:
+        rules = replace(rules, answers=found.answers)
+        experiment.setup = replace(experiment.setup, rules=rules)
     return found
 
 

@@ -83,10 +83,11 @@ def run(
     from adaptbot_cli.adapters.planner.budget import SECONDS
     from adaptbot_cli.adapters.planner.local import on_board
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.evaluation.experiment import Setting, prepare
+    from adaptbot_cli.evaluation.experiment import Setup, prepare
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.recordings import read_recordings, read_tasks
     from adaptbot_cli.evaluation.report import report
+    from adaptbot_cli.evaluation.trial import Rules
 
     check(plot)
     if keep_plans and not (cumulative and options.in_truth(world)):
@@ -96,32 +97,35 @@ def run(
         )
     home = workspace(workspace_dir)
     model, address = (None, None) if model is None else _planner(model, home, api_base)
-    setting = Setting(
-        domain=domain_name(domain, home),
-        kg=tuple(kg or ()),
-        truth=tuple(truth or ()),
-        arms=options.arms(arms),
+    rules = Rules(
         policy=policy.value,
         replans=replans,
-        cumulative=cumulative,
         human_error=human_error,
         seed=seed,
-        jobs=1 if on_board(model) else options.cores(jobs),
-        limit=limit,
-        select=select,
-        world=options.in_truth(world),
-        planted=planted,
         model=model,
+        api_base=address,
+        world=options.in_truth(world),
         prompt=prompt.value,
         leave_out=options.parts(leave_out),
         unseen=unseen,
         seconds=timeout or SECONDS,
         answers=value,
         keep=keep_plans,
-        api_base=address,
     )
-    rows = read_recordings(file) if model is None else read_tasks(file, setting.domain)
-    experiment = prepare(setting, rows, home)
+    setup = Setup(
+        domain=domain_name(domain, home),
+        rules=rules,
+        kg=tuple(kg or ()),
+        truth=tuple(truth or ()),
+        arms=options.arms(arms),
+        cumulative=cumulative,
+        jobs=1 if on_board(model) else options.cores(jobs),
+        limit=limit,
+        select=select,
+        planted=planted,
+    )
+    rows = read_recordings(file) if model is None else read_tasks(file, setup.domain)
+    experiment = prepare(setup, rows, home)
     _show_skipped(experiment)
     options.show_graphs(experiment.settings(), json)
     trials = carry_out([experiment], results)
@@ -172,10 +176,11 @@ def published(
     Each model and domain starts from its own published graph; the simulated person knows the one
     that the authors' people left.
     """
-    from adaptbot_cli.evaluation.experiment import Setting, of_published, together
+    from adaptbot_cli.evaluation.experiment import Setup, of_published, together
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.published import read_published, write_recordings
     from adaptbot_cli.evaluation.report import report
+    from adaptbot_cli.evaluation.trial import Rules
 
     check(plot)
     series = read_published(folder)
@@ -183,21 +188,17 @@ def published(
         n = write_recordings(series, write)
         typer.echo(f"{n} recordings written to {write}", err=True)
         return
-    setting = Setting(
+    setup = Setup(
         domain="",
+        rules=Rules(policy.value, replans, human_error, seed, world=options.in_truth(world)),
         arms=options.arms(arms),
-        policy=policy.value,
-        replans=replans,
         cumulative=cumulative,
-        human_error=human_error,
-        seed=seed,
         jobs=options.cores(jobs),
         limit=limit,
         select=select,
-        world=options.in_truth(world),
         planted=planted,
     )
-    experiments = of_published(series, setting, workspace(workspace_dir))
+    experiments = of_published(series, setup, workspace(workspace_dir))
     record = together(experiments)
     options.show_graphs(record, json)
     trials = carry_out(experiments, None)
