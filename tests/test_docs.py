@@ -1,5 +1,6 @@
 """The documentation's links lead somewhere, and the files that it names are there."""
 
+import importlib
 import re
 from pathlib import Path
 
@@ -47,3 +48,10 @@ def test_the_kinds_of_questions_are_those_of_the_table() -> None:
         spec = KINDS[kind]  # type: ignore[index]
         assert raised.startswith(spec.raised) and teaches == spec.teaches
         assert set(spec.codes) == set(re.findall(r"E\d+", raised))
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "tests" / "bench").glob("*.py")), ids=lambda p: p.name
+)
+def test_what_measures_can_be_started(path: Path) -> None:
+    assert importlib.import_module(f"tests.bench.{path.stem}")

@@ -12,7 +12,7 @@ import resource
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +27,11 @@ from adaptbot_cli.evaluation.experiment import (
     Results,
     Setup,
     prepare,
-    report,
     together,
 )
 from adaptbot_cli.evaluation.recordings import read_recordings
-from adaptbot_cli.evaluation.report import figures, tables
+from adaptbot_cli.evaluation.report import figures, report, tables
+from adaptbot_cli.evaluation.trial import Rules
 from adaptbot_cli.workspace import Workspace
 
 Json = dict[str, Any]
@@ -56,7 +56,11 @@ def experiments(published: Path, **changes: Any) -> Iterator[Experiment]:
             truth=(published / "kg" / f"{domain}.after-human.{model}.d65fe35.ttl",),
             select=f"{model}/*",
         )
-        yield prepare(replace(setup, **changes), rows, Workspace(Path("/nonexistent")))
+        own = {each.name for each in fields(Rules)}
+        rules = Rules(**{key: value for key, value in changes.items() if key in own})
+        rest = {key: value for key, value in changes.items() if key not in own}
+        changed = replace(setup, rules=rules, **rest)
+        yield prepare(changed, rows, Workspace(Path("/nonexistent")))
 
 
 def run(published: Path, jobs: int, **changes: Any) -> Json:
