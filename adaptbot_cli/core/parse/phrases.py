@@ -54,6 +54,7 @@ _ARTICLES = frozenset({"a", "an", "the", "your", "my"})
 _OBJECTS = (_DETERMINERS - {"of"}) | {"it", "them"}
 """What an order is about begins so: "the egg", "them"."""
 _MOST = 50
+_MOST_LEADS = 10
 _TIMES = "×"
 """How often a step is done: "twice", "3 times"."""
 _TOWARDS = frozenset({"to", "into", "onto"})
@@ -393,7 +394,7 @@ def _stripped(phrase: str) -> str:
     """Return a phrase without what leads it: list marks, "Step 3:", "I will"."""
     phrase = _TOLD_TIMES.sub(r" \1", phrase[label_end(phrase) :])
     phrase = ASIDE.sub("", re.sub(r"\*\*|__|</\w+>", "", phrase)).rstrip(" .!*_`|")
-    while True:
+    for _ in range(_MOST_LEADS):
         found = [m for m in (lead.match(phrase) for lead in _LEADS) if m]
         turned = next((form for form in _INVERTED if form[0].fullmatch(phrase)), None)
         if found:
@@ -401,7 +402,8 @@ def _stripped(phrase: str) -> str:
         elif turned is not None:
             phrase = turned[0].sub(turned[1], phrase)
         else:
-            return phrase
+            break
+    return phrase
 
 
 def _parts(phrase: str) -> list[str]:

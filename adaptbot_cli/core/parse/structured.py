@@ -10,18 +10,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
-from adaptbot_cli.core.parse.calls import (
-    LEFT_OUT,
-    Item,
-    conditional,
-    fault,
-    kept,
-    line_end,
-    read_args,
-    shown,
-    unescape,
-)
-from adaptbot_cli.core.parse.code import PROSE
+from adaptbot_cli.core.parse import calls
+from adaptbot_cli.core.parse.calls import LEFT_OUT, PROSE, SAID, Item, Line, line_end, shown
 from adaptbot_cli.core.parse.phrases import Vocabulary
 from adaptbot_cli.core.plan import keyworded
 
@@ -40,6 +30,9 @@ _TOKEN = re.compile(
     r"([\[{(])|([\]})])|([,:])"
     r"|\"([^\"\\\n]*+(?:\\.[^\"\\\n]*+)*)\"|'([^'\\\n]*+(?:\\.[^'\\\n]*+)*)'"
     r"|([-+\w.]++))"
+)
+_JSON = re.compile(
+    r"[^\[{\"'(]*+(?:(?<=\w)'(?=\w)[^\[{\"'(]*+)*(?:\[[A-Z_]+\]\s*(?=[\[{]))?([\[{]|(?<!\w)\()\s*(?:[\[{\"'\]}(]|\w+\s*:|\Z)"
 )
 _PAIRS = {"[": "]", "{": "}", "(": ")"}
 _KEYWORD = re.compile(r"[^\W\d]\w{0,80}")
@@ -150,7 +143,7 @@ def _take(stack: list[_Frame], match: re.Match[str]) -> bool:
         node.items.append(inner)
         stack.append(_Frame(inner, _PAIRS[written]))
         return True
-    plain = written if kind == 6 else unescape(written)
+    plain = written if kind == 6 else calls.unescape(written)
     if wants_key:
         node.keys.append(plain)
         frame.wants = "colon"
@@ -163,12 +156,45 @@ def _take(stack: list[_Frame], match: re.Match[str]) -> bool:
 class Structures:
     """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
 
-    def __init__(self, text: str, read: Callable[[str], Sequence[Item]], words: Vocabulary) -> None:
+    def __init__(
+        self,
+        text: str,
+        read: Callable[[str], Sequence[Item]],
+        words: Vocabulary,
+        spend: Callable[[int], None],
+    ) -> None:
         self.listed = self._scripted = False
         self._text = text
-        self._read = read
+        self._string_items = read
         self._words = words
-        self._no_table_before = 0
+        self._spend = spend
+        self._no_json_before = self._no_table_before = 0
+
+    def read(
+        self, start: int, content: int, end: int, line: Line
+    ) -> tuple[Sequence[Item], int] | None:
+        """Read the structure that begins in a line by the first form that fits, if one does.
+
+        Returns its items and where it ends; `content` is where the marks of a list end.
+        """
+        match = _JSON.match(self._text, start, end) if start >= self._no_json_before else None
+        if match is not None and not self._text[start : match.start(1)].rstrip().endswith("plan("):
+            items, after = self.json(match.start(1))
+            self._spend(2 + (after - match.start(1)) // 16)
+            if items:
+                self.listed |= line.marked
+                return items, after
+            self._no_json_before = after
+        found = self.tag(start, end)
+        if found is not None:
+            return [found[0]], found[1]
+        fields = self.fields(start, end, line.fenced) or (
+            self.table(start, end) if "|" in self._text[start:end] else None
+        )
+        if fields is not None:
+            return fields
+        script = self.script(start, content, end, line.fenced)
+        return (script, end) if script else None
 
     def json(self, pos: int) -> tuple[list[Item], int]:
         """Read the value at `pos` as a plan; returns its items and where the reading ended.
@@ -207,7 +233,7 @@ class Structures:
             often = count_of(value.text) if counts else 0
             if not often:
                 text = value.text or self._quoted(value)[1:-1]
-                yield conditional(node.start, self._quoted(node)[1:-1], f"{key} {text}")
+                yield Item(node.start, self._quoted(node)[1:-1]).conditional(f"{key} {text}")
                 return
         yield from list(steps) * min(often, _LOOKED_AT)
 
@@ -237,7 +263,7 @@ class Structures:
             found = list(self._steps(item, planned))
             yield from found
             if not found and planned and self._words.ordered(item.text):
-                yield Item(item.start, item.text, code=PROSE)
+                yield Item(item.start, item.text, code=SAID)
             elif not found and planned and (said := item.get(*_TEXTS)):
                 yield Item(said.start, said.text, code=LEFT_OUT)
             elif not found and planned and (item.kind != "list" or item.items):
@@ -257,12 +283,12 @@ class Structures:
 
     def _string(self, node: Node) -> list[Item]:
         """Read what a string holds, placed where the string stands."""
-        source, items = self._quoted(node)[1:-1], self._read(node.text)
-        if all(item.code == PROSE for item in items) and not self._words.begins(node.text):
+        source, items = self._quoted(node)[1:-1], self._string_items(node.text)
+        if all(item.code in (PROSE, SAID) for item in items) and not self._words.begins(node.text):
             return []
         return [
-            Item(node.start, item.source, code=PROSE)
-            if item.code == PROSE
+            Item(node.start, item.source, code=SAID)
+            if item.code in (PROSE, SAID)
             else replace(
                 item, start=node.start, source=item.source if item.code == LEFT_OUT else source
             )
@@ -270,7 +296,9 @@ class Structures:
         ]
 
     def _holds_calls(self, text: str) -> bool:
-        return "(" in text and any(item.code != PROSE for item in self._read(text))
+        return "(" in text and any(
+            item.code not in (PROSE, SAID) for item in self._string_items(text)
+        )
 
     def _is_action(self, name: str) -> bool:
         return bool(_SHAPED.fullmatch(name)) or self._words.knows(name)
@@ -321,7 +349,7 @@ class Structures:
         if args is None:
             yield self._unread(node, "an argument is an object")
         else:
-            yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, kept(args)))
+            yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, calls.kept(args)))
 
     def _step(self, node: Node) -> Iterator[Item]:
         name = node.get(*_NAMED, *_NAMED_WITH_ARGS)
@@ -335,7 +363,8 @@ class Structures:
         if "(" in name.text:
             source = self._quoted(node)[1:-1]
             found = [
-                replace(item, start=node.start, source=source) for item in self._read(name.text)
+                replace(item, start=node.start, source=source)
+                for item in self._string_items(name.text)
             ]
             yield from found or [self._unread(node, "its action cannot be read")]
             return
@@ -347,9 +376,9 @@ class Structures:
             yield self._unread(node, "an argument is an object")
         elif action.isidentifier() or (action and values is not None) or self._words.knows(joined):
             action = joined if self._words.knows(joined) else action
-            yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, kept(args)))
+            yield Item(node.start, self._quoted(node)[1:-1], keyworded(action, calls.kept(args)))
         elif self._words.begins(action) or self._words.ordered(action):
-            yield from self._string(name) or [Item(name.start, action, code=PROSE)]
+            yield from self._string(name) or [Item(name.start, action, code=SAID)]
             other = [arg for _, arg in args if arg.lower() not in action.lower()]
             if other:
                 message = f"`{', '.join(other)}` beside {shown(action)} is left out."
@@ -393,14 +422,14 @@ class Structures:
         after = opened.end() if opened[4] else closed.end() if closed else end
         source = " ".join(text[opened.start() : after].split())
         if not opened[4] and closed is None:
-            return fault(opened.start(), source, "its tag is never closed"), after
+            return Item(opened.start(), source).fault("its tag is never closed"), after
         given = [
             (k, v) for k, v in (*attributes.items(), *leaves) if k not in {*_TAGGED, *_REMARKS}
         ]
         args = [arg for key, value in given for arg in _args(key, html.unescape(value).strip())]
         if (found or opened[2]) and not leaves and "<" not in body:
             args += _args("input", html.unescape(body).strip()) if body.strip() else []
-        return Item(opened.start(), source[:_LONGEST], keyworded(name, kept(args))), after
+        return Item(opened.start(), source[:_LONGEST], keyworded(name, calls.kept(args))), after
 
     def fields(self, start: int, end: int, fenced: bool) -> tuple[list[Item], int] | None:
         """Read a step of lines such as `action: put` and `object: egg`, as in YAML and by ReAct.
@@ -416,7 +445,7 @@ class Structures:
         bracketed = _BRACKETED.fullmatch(value)
         whole, after = Node("map", match.start(2), end, keys=[], items=[]), end
         if key in _LEADING and bracketed:
-            call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
+            call = keyworded(bracketed[1], calls.kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
         among, column = listed and self.listed, match.start(2) - start
         known = among or self._is_action(value)
@@ -653,8 +682,9 @@ def flattened(node: Node) -> Args | None:
         inner, _ = read_literal(node.text.strip(), 0)
         return flattened(inner) if inner.end >= 0 else None
     if node.kind == "string" and "," in node.text:
-        reading = read_args(node.text + ")", 0)
-        return None if reading.error or "l" in reading.written else list(reading.named())
+        reading = calls.read_args(node.text + ")", 0)
+        literal = any(how == "l" for _, _, how in reading.found)
+        return None if reading.error or literal else [arg[:2] for arg in reading.found]
     if node.kind in ("string", "word"):
         null = node.kind == "word" and node.text.lower() in ("null", "none")
         return [] if null else [("", node.text.strip())]
