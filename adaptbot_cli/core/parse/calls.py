@@ -96,6 +96,12 @@ class Arguments:
         return tuple(arg for _, arg, _ in self.found)
 
 
+def read_table(written: str) -> dict[str, tuple[str, ...]]:
+    """Read a table of words: rows such as `name: words`, which lines that are indented go on."""
+    rows = re.findall(r"^(\w+):((?:.|\n )*)", written, re.MULTILINE)
+    return {name: tuple(words.split()) for name, words in rows}
+
+
 def shown(source: str) -> str:
     """Quote a source in a message: one line of printable text, shortened."""
     line = " ".join(source[: 4 * SHOWN].split())

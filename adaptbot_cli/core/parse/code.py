@@ -14,7 +14,7 @@ from typing import Any
 from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
 from adaptbot_cli.core.parse import calls
 from adaptbot_cli.core.parse.calls import BIND, JUMP, LEFT_OUT, RETURN, Item, Line, shown
-from adaptbot_cli.core.parse.structured import read_literal
+from adaptbot_cli.core.parse.tree import read_literal
 from adaptbot_cli.core.plan import keyworded
 
 _MOST_STEPS = 500
