@@ -21,8 +21,8 @@ from adaptbot_cli.core.parse.phrases import (
 from adaptbot_cli.core.plan import Call, keyworded
 
 _MOST_TIMES = 50
-_LOOK_BACK = 3
-"""How many steps a pronoun looks back."""
+_LOOK_BACK = 20
+"""How many steps a pronoun for several things looks back."""
 
 _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
 _BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
@@ -81,14 +81,15 @@ class _Settling:
     def __init__(self, items: Sequence[Item], words: Vocabulary) -> None:
         self._items = items
         self._words = words
-        self._objects: list[Sequence[str]] = []
+        self._before: list[tuple[str, Sequence[str]]] = []
 
     def line(self, n: int, item: Item) -> Iterator[Item]:
         """Yield what a line of prose says."""
         raise NotImplementedError
 
-    def _remember(self, objects: Sequence[str]) -> None:
-        self._objects = [objects, *self._objects][:_LOOK_BACK] if objects else self._objects
+    def _remember(self, action: str, objects: Sequence[str]) -> None:
+        if objects:
+            self._before = [(action, objects), *self._before][:_LOOK_BACK]
 
     def call(self, item: Item, call: Call) -> Iterator[Item]:
         """Yield a call with what its pronouns stand for, as often as it is done."""
@@ -100,9 +101,9 @@ class _Settling:
             if name.lower() in REPETITIONS and not self._words.takes(action, name):
                 often = count_of(arg)
             else:
-                pronoun = self._objects and arg.lower() in PRONOUNS
-                own.append((name, self._objects[0][0] if pronoun else arg))
-        self._remember([arg for _, arg in own[:1] if not arg[:1].isdigit()])
+                pronoun = self._before and arg.lower() in PRONOUNS
+                own.append((name, self._before[0][1][0] if pronoun else arg))
+        self._remember(action, [arg for _, arg in own[:1] if not arg[:1].isdigit()])
         if not often:
             yield item.conditional("how often it is done")
         yield from [replace(item, call=keyworded(action, own))] * min(often, _MOST_TIMES)
@@ -123,7 +124,7 @@ class _Settling:
             optional, aside = OPTIONAL.match(sentence), ASIDE.search(sentence)
             known = self._words.begins(sentence)
             fits = known or (unknown and ((marked and not number) or self._words.shaped(sentence)))
-            clauses = self._words.read(sentence, unknown, self._objects) if fits else []
+            clauses = self._words.read(sentence, unknown, self._before) if fits else []
             if not clauses:
                 yield self._unread(part, known)
             for clause in clauses:
@@ -131,7 +132,7 @@ class _Settling:
                 if condition:
                     yield part.conditional(condition)
                     continue
-                self._remember(clause.objects)
+                self._remember(*clause.done)
                 for call in clause.calls:
                     yield replace(part, call=call, code="")
                 left_out = ", ".join(filter(None, [clause.left_out, aside[1] if aside else ""]))
@@ -140,7 +141,7 @@ class _Settling:
                     yield part.told(LEFT_OUT, message)
 
     def _said(self, source: str) -> list[Call]:
-        clauses = self._words.read(source, False, self._objects)
+        clauses = self._words.read(source, False, self._before)
         return [call for clause in clauses for call in clause.calls]
 
     def _begins(self, item: Item) -> bool:
