@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import takewhile
 
@@ -40,17 +40,16 @@ _NO_STEPS = re.compile(
 
 def settled(items: Sequence[Item], words: Vocabulary) -> Iterator[Item]:
     """Yield what was read with each line of prose as a step in words, a finding, or nothing."""
-    rows = [item for item in items if item.code != GAP]
-    settle = (_Mixed if any(item.call for item in rows) else _Phrased)(rows, words)
+    settling = _Settling([item for item in items if item.code != GAP], words)
     n = -1
     for item in items:
         n += item.code != GAP
         if item.code == PROSE:
-            yield from settle.line(n, item)
+            yield from (settling.beside_calls if settling.calls else settling.alone)(n, item)
         elif item.code == SAID:
-            yield from settle.steps(item, marked=True)
+            yield from settling.steps(item, marked=True)
         elif item.call is not None:
-            yield from settle.call(item, item.call)
+            yield from settling.call(item, item.call)
         else:
             yield item
 
@@ -76,20 +75,48 @@ def _sentences(source: str) -> list[tuple[int, str]]:
 
 
 class _Settling:
-    """Settles lines of prose; a pronoun is what the step before was about."""
+    """Settles lines: as steps of the list that is the plan, or by the `calls` beside them.
+
+    A pronoun is what the steps before were about.
+    """
 
     def __init__(self, items: Sequence[Item], words: Vocabulary) -> None:
         self._items = items
         self._words = words
         self._before: list[tuple[str, Sequence[str]]] = []
-
-    def line(self, n: int, item: Item) -> Iterator[Item]:
-        """Yield what a line of prose says."""
-        raise NotImplementedError
-
-    def _remember(self, action: str, objects: Sequence[str]) -> None:
-        if objects:
-            self._before = [(action, objects), *self._before][:_LOOK_BACK]
+        called = [(item.line, item.call) for item in items if item.call]
+        self.calls = [call for _, call in called]
+        self._called = {(line.group, line.indent) for line, _ in called if line.marked}
+        lines = [(n, item) for n, item in enumerate(items) if item.code == PROSE]
+        self._sizes = Counter(item.line.group for _, item in lines if item.line.marked)
+        rows = [i.source for _, i in lines if not i.line.marked and not CLOSED.fullmatch(i.source)]
+        begun = sum(map(words.begins, rows))
+        self._bare = 3 * begun >= len(rows) > 1 and all(map(_BARE.fullmatch, rows))
+        self._aside: set[int] = set()
+        lists: dict[int | None, list[Item]] = {}
+        parts: list[str] = []
+        aside = False
+        for n, item in lines:
+            no_steps = bool(_NO_STEPS.match(item.source))
+            announces = item.line.heads or item.source.rstrip().endswith(":")
+            if item.line.heads or (announces and not item.line.marked):
+                aside = no_steps
+            if aside or (
+                no_steps and not (announces or item.line.marked or _INLINE.search(item.source))
+            ):
+                self._aside.add(n)
+                continue
+            parts += [] if item.line.heads else [part for _, part in _sentences(item.source)]
+            lists.setdefault(self._list(item), []).append(item)
+        self._plans = {
+            group
+            for group, found in lists.items()
+            if any(map(self._begins, found))
+            or (words.names and all(_THE.match(item.source) for item in found))
+        } - {None}
+        shaped = sum(words.begins(part) or words.shaped(part) for part in parts)
+        most = any(map(words.begins, parts)) and 2 * shaped >= len(parts)
+        self._prose = not self._plans and (most or shaped == len(parts))
 
     def call(self, item: Item, call: Call) -> Iterator[Item]:
         """Yield a call with what its pronouns stand for, as often as it is done."""
@@ -113,10 +140,8 @@ class _Settling:
         for number, (at, sentence) in enumerate(_sentences(item.source)):
             part = replace(item, start=item.start + at, source=sentence)
             if OPEN.fullmatch(sentence):
-                message = (
-                    f"{shown(sentence)} stands for steps that are not written out: write each."
-                )
-                yield part.told("P103", message)
+                why = f"{shown(sentence)} stands for steps that are not written out: write each."
+                yield part.told("P103", why)
                 continue
             if is_negated(sentence):
                 yield part.told("P106", f"{shown(sentence)} is not to be done, so it is no step.")
@@ -140,80 +165,8 @@ class _Settling:
                     message = f"`{left_out}` in {shown(sentence)} is left out: no action takes it."
                     yield part.told(LEFT_OUT, message)
 
-    def _said(self, source: str) -> list[Call]:
-        clauses = self._words.read(source, False, self._before)
-        return [call for clause in clauses for call in clause.calls]
-
-    def _begins(self, item: Item) -> bool:
-        return any(self._words.begins(sentence) for _, sentence in _sentences(item.source))
-
-    def _ordered(self, item: Item) -> bool:
-        """Tell whether a line that is left out has an order in it, which then is told of."""
-        heads = item.line.heads or _NO_STEPS.match(item.source)
-        found = [] if heads else _sentences(item.source)
-        return any(self._words.ordered(sentence) for _, sentence in found)
-
-    def _unread(self, item: Item, blocks: bool) -> Item:
-        """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
-        message = f"{shown(item.source)} looks like a step, but is none that can be read."
-        return replace(item, code=LEFT_OUT, message=message * blocks, time=1 if blocks else -1)
-
-
-class _Phrased(_Settling):
-    """Settles the lines of a text that holds no call: the list of steps, or sentences that are."""
-
-    def __init__(self, items: Sequence[Item], words: Vocabulary) -> None:
-        super().__init__(items, words)
-        lines = [(n, item) for n, item in enumerate(items) if item.code == PROSE]
-        rows = [i.source for _, i in lines if not i.line.marked and not CLOSED.fullmatch(i.source)]
-        begun = sum(map(words.begins, rows))
-        self._bare = 3 * begun >= len(rows) > 1 and all(map(_BARE.fullmatch, rows))
-        self._aside: set[int] = set()
-        lists: dict[int | None, list[Item]] = {}
-        parts: list[str] = []
-        aside = False
-        for n, item in lines:
-            sentences = [sentence for _, sentence in _sentences(item.source)]
-            inline = len(sentences) > 1 and _INLINE.search(item.source)
-            no_steps = bool(_NO_STEPS.match(item.source))
-            announces = item.line.heads or item.source.rstrip().endswith(":")
-            if item.line.heads or (announces and not item.line.marked):
-                aside = no_steps
-            if aside or (no_steps and not (announces or item.line.marked or inline)):
-                self._aside.add(n)
-                continue
-            parts += [] if item.line.heads else sentences
-            if not self._heads(n, item):
-                lists.setdefault(self._group(item), []).append(item)
-        self._plans = {
-            group
-            for group, found in lists.items()
-            if any(map(self._begins, found))
-            or (words.names and all(_THE.match(item.source) for item in found))
-        } - {None}
-        begun = sum(map(words.begins, parts))
-        shaped = sum(words.begins(part) or words.shaped(part) for part in parts)
-        most = 2 * begun >= len(parts) or (begun and 2 * shaped >= len(parts))
-        self._prose = not self._plans and bool(most or shaped == len(parts))
-
-    def _group(self, item: Item) -> int | None:
-        """Return the list that a line is an item of, if any; rows without marks are one."""
-        if item.line.marked or (item.line.fenced and not self._bare):
-            return item.line.group
-        return -1 if self._bare else None
-
-    def _heads(self, n: int, item: Item) -> bool:
-        """Tell whether an item of a list has items of its own, or announces something."""
-        below = self._items[n + 1] if n + 1 < len(self._items) else item
-        at, of = item.line, below.line
-        if item.source.rstrip(" *_").endswith(":"):
-            return True
-        if below.code != PROSE or not of.marked or of.number == at.number + 1:
-            return False  # it only goes on with the numbers
-        deeper = at.marked and of.indent > at.indent and of.block == at.block
-        return deeper or (at.heads and not of.heads)
-
-    def line(self, n: int, item: Item) -> Iterator[Item]:
+    def alone(self, n: int, item: Item) -> Iterator[Item]:
+        """Yield what a line says in a text that holds no call."""
         if not self._words.names or n in self._aside:
             return
         inline = len(_INLINE.findall(item.source)) > 1
@@ -223,7 +176,7 @@ class _Phrased(_Settling):
                 yield item.told(LEFT_OUT)
             return
         begins = self._begins(item)
-        steps = self._group(item) in self._plans or (inline and begins)
+        steps = self._list(item) in self._plans or (inline and begins)
         if steps or self._prose or (self._plans and OPEN.fullmatch(item.source)):
             yield from self.steps(item, steps)
         elif (begins or is_negated(item.source)) and self._plans and not item.line.heads:
@@ -233,37 +186,17 @@ class _Phrased(_Settling):
         elif self._plans and self._ordered(item):
             yield item.told(LEFT_OUT)
 
-    def _done_besides(self, n: int, item: Item) -> bool:
-        """Tell whether a head says an action of the domain that no item below it does."""
-        meaning, of = self._words.meaning, item.line
-        below = takewhile(
-            lambda i: i.code == PROSE and i.line.indent > of.indent, self._items[n + 1 :]
-        )
-        done = {meaning(call.action) for i in below for call in self._said(i.source)}
-        found = [c for c in self._said(item.source) if c.args and self._words.knows(c.action)]
-        return bool(found) and done.isdisjoint(meaning(call.action) for call in found)
-
-
-class _Mixed(_Settling):
-    """Settles the lines of a text that holds calls: a step beside them, or what describes them."""
-
-    def __init__(self, items: Sequence[Item], words: Vocabulary) -> None:
-        super().__init__(items, words)
-        called = [(item.line, item.call) for item in items if item.call]
-        self._lists = {(line.group, line.indent) for line, _ in called if line.marked}
-        self._calls = [call for _, call in called]
-        self._sizes = Counter(i.line.group for i in items if i.code == PROSE and i.line.marked)
-
-    def line(self, n: int, item: Item) -> Iterator[Item]:
+    def beside_calls(self, n: int, item: Item) -> Iterator[Item]:
+        """Yield what a line says in a text that holds calls: a step, or what describes them."""
         of = item.line
-        near = [call for call in (self._nearest(n, item, -1), self._nearest(n, item, 1)) if call]
-        sibling = of.marked and (of.group, of.indent) in self._lists
+        near = [call for call in (self._nearest(n, -1), self._nearest(n, 1)) if call]
+        sibling = of.marked and (of.group, of.indent) in self._called
         begins = any(
             self._words.begins(s)
-            or (self._words.shaped(s) if sibling else ARROW.search(s) and self._words.shaped(s))
+            or ((sibling or ARROW.search(s)) and self._words.shaped(s))
             for _, s in _sentences(item.source)
-        )
-        headed = of.heads or self._has_body(n, item)
+        )  # fmt: skip
+        headed = of.heads or self._heads(n, item)
         among = not headed and (sibling or (near and begins and not of.fenced))
         is_open = OPEN.fullmatch(item.source)
         if near and is_open:
@@ -274,40 +207,75 @@ class _Mixed(_Settling):
             yield from self.steps(item, begins)
         elif headed or CLOSED.fullmatch(item.source):
             return
-        elif among or (len(near) > 1 and not of.fenced):
-            yield item.told(LEFT_OUT)
-        elif of.marked and begins:
+        elif not among and of.marked and begins and len(near) < 2:
             yield from self._outlined(item)
-        elif self._ordered(item):
+        elif among or (len(near) > 1 and not of.fenced) or self._ordered(item):
             yield item.told(LEFT_OUT)
 
-    def _nearest(self, n: int, item: Item, step: int) -> Call | None:
+    def _list(self, item: Item) -> int | None:
+        """Return the list that a line is an item of, if any; rows without marks are one."""
+        if item.line.marked or (item.line.fenced and not self._bare):
+            return item.line.group
+        return -1 if self._bare else None
+
+    def _heads(self, n: int, item: Item) -> bool:
+        """Tell whether a line announces what stands below it: its items, or its calls."""
+        at, below = item.line, self._items[n + 1] if n + 1 < len(self._items) else item
+        of, deeper = below.line, below.line.indent > at.indent
+        if item.source.rstrip(" *_").endswith(":"):
+            return True
+        if below.code != PROSE:
+            body = deeper or (at.marked and not of.marked)
+            return bool(self.calls) and body and (at.marked or of.run == at.run)
+        goes_on = not of.marked or of.number == at.number + 1
+        items = (deeper and at.marked and of.block == at.block) or (at.heads and not of.heads)
+        return items and not goes_on
+
+    def _nearest(self, n: int, step: int) -> Call | None:
         """Return the call before or behind a line that no blank line parts from it, if any."""
-        n += step
-        while 0 <= n < len(self._items) and self._items[n].line.run == item.line.run:
+        run = self._items[n].line.run
+        while 0 <= n < len(self._items) and self._items[n].line.run == run:
             if self._items[n].code != PROSE:
                 return self._items[n].call
             n += step
         return None
 
-    def _has_body(self, n: int, item: Item) -> bool:
-        """Tell whether what stands right below a line belongs to it: deeper, or its calls."""
-        below = self._items[n + 1] if n + 1 < len(self._items) else None
-        if below is None:
-            return False
-        deeper = below.line.indent > item.line.indent
-        if not item.line.marked:
-            return deeper and below.line.run == item.line.run
-        return deeper or (not below.line.marked and below.code != PROSE)
+    def _remember(self, action: str, objects: Sequence[str]) -> None:
+        if objects:
+            self._before = [(action, objects), *self._before][:_LOOK_BACK]
+
+    def _said(self, item: Item) -> list[Call]:
+        clauses = self._words.read(item.source, False, self._before)
+        return [call for clause in clauses for call in clause.calls]
+
+    def _done(self, calls: Iterable[Call]) -> set[str]:
+        return {self._words.meaning(call.action) for call in calls}
+
+    def _begins(self, item: Item) -> bool:
+        return any(self._words.begins(sentence) for _, sentence in _sentences(item.source))
+
+    def _ordered(self, item: Item) -> bool:
+        """Tell whether a line that is left out has an order in it, which then is told of."""
+        heads = item.line.heads or _NO_STEPS.match(item.source)
+        found = [] if heads else _sentences(item.source)
+        return any(self._words.ordered(sentence) for _, sentence in found)
+
+    def _done_besides(self, n: int, item: Item) -> bool:
+        """Tell whether a head says an action of the domain that no item below it does."""
+        below = takewhile(
+            lambda i: i.code == PROSE and i.line.indent > item.line.indent, self._items[n + 1 :]
+        )
+        done = self._done(call for i in below for call in self._said(i))
+        found = [c for c in self._said(item) if c.args and self._words.knows(c.action)]
+        return bool(found) and done.isdisjoint(self._done(found))
 
     def _describes(self, item: Item, near: Sequence[Call]) -> bool:
         """Tell whether a line only says in words what a call beside it does."""
-        meaning = self._words.meaning
         return any(
-            meaning(call.action) == meaning(beside.action)
+            self._done([call]) == self._done([beside])
             and (not call.args or _name(call.args[0]) in map(_name, beside.args))
             for beside in near
-            for call in self._said(item.source)
+            for call in self._said(item)
         )
 
     def _outlined(self, item: Item) -> Iterator[Item]:
@@ -315,14 +283,17 @@ class _Mixed(_Settling):
 
         It blocks unless the calls are the fuller account, of all the things that it names.
         """
-        found, meaning = self._said(item.source), self._words.meaning
-        done = {meaning(call.action) for call in self._calls}
-        if found and all(meaning(call.action) in done for call in found):
-            return
-        named = {_name(arg) for call in found for arg in call.args} - {"it", "them"}
-        known = {_name(arg) for call in self._calls for arg in call.args}
-        fuller = self._sizes[item.line.group] < len(self._calls) and named <= known
-        yield self._unread(item, blocks=not fuller)
+        found = self._said(item)
+        if not found or not self._done(found) <= self._done(self.calls):
+            named = {_name(arg) for call in found for arg in call.args} - {"it", "them"}
+            known = {_name(arg) for call in self.calls for arg in call.args}
+            fuller = self._sizes[item.line.group] < len(self.calls) and named <= known
+            yield self._unread(item, blocks=not fuller)
+
+    def _unread(self, item: Item, blocks: bool) -> Item:
+        """Tell of a line that no form fits; it blocks if it begins as a step of this robot does."""
+        message = f"{shown(item.source)} looks like a step, but is none that can be read."
+        return replace(item, code=LEFT_OUT, message=message * blocks, time=1 if blocks else -1)
 
 
 def _name(arg: str) -> str:
