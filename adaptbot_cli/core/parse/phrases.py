@@ -19,7 +19,7 @@ from adaptbot_cli.core.plan import Call, keyworded
 
 _ENGLISH = """
 determiner: the a an some your my our his her its their this that these those any of
-person: me us you him her them user human person robot yourself itself
+person: me us you him her them user human person robot agent yourself itself
 joining: , ; & and then next finally first firstly second secondly third now also lastly afterwards
   afterward again subsequently please
 adverb: now again there here back away together well once more please too also up down over directly
@@ -209,6 +209,24 @@ class Vocabulary:
         """Tell whether an action has a parameter of a name."""
         known = self.called.get(normal(action))
         return known is not None and any(p.name == name for p in known.parameters)
+
+    def fitting(self, action: str, args: Sequence[str]) -> tuple[list[str], list[str]]:
+        """Part arguments that are told by their places into what an action takes and the rest.
+
+        Left out are first who does it, then what is no thing of the home, then the last.
+        """
+        known = self.called.get(normal(action))
+        surplus = max(0, len(args) - len(known.visible)) if known else 0
+        places = sorted(
+            range(len(args)),
+            key=lambda n: (
+                args[n].rstrip("0123456789") not in _PERSONS,
+                bool(self.is_thing(args[n])),
+                -n,
+            ),
+        )
+        left = places[:surplus]
+        return [a for n, a in enumerate(args) if n not in left], [args[n] for n in sorted(left)]
 
     def proper(self, name: str) -> str:
         """Return the action's name that is spelt without its separators, such as switchon."""

@@ -488,8 +488,13 @@ class Structures:
         left, at, stop = "", start, whole.end(2) if whole else end
         for atom in _ATOM.finditer(text, start, stop):
             if (whole and (fenced or whole[1])) or (atom[2].strip() and self._is_action(atom[1])):
-                call = keyworded(atom[1], [("", arg) for arg in atom[2].split()])
-                found.append(Item(atom.start(), atom[0], call))
+                args, rest = self._words.fitting(atom[1], atom[2].split())
+                item = Item(atom.start(), atom[0], keyworded(atom[1], [("", arg) for arg in args]))
+                found.append(item)
+                if rest:
+                    why = f"`{', '.join(rest)}` in {shown(atom[0])} is left out"
+                    message = f"{why}: {atom[1]} takes at most {len(args)}."
+                    found.append(item.told(LEFT_OUT, message))
                 left, at = left + text[at : atom.start()], atom.end()
             elif whole:
                 return None

@@ -42,6 +42,20 @@ _ENDS = {
     "fence": re.compile(r"^(?:[^\S\n]|>)*(?:`{3}|~{3})[^\S\n]*$", re.MULTILINE),
 }
 _LETTER = re.compile(r"[^\n]")
+_COMMAND = re.compile(r"^[ \t]*(?:>|act(?:ion)?[ ]?\d*:)[ \t]*(?=\w)", re.IGNORECASE | re.MULTILINE)
+"""What leads a step in a transcript of a game in words."""
+_SAYS = (
+    r"(?:obs(?:ervation)?[ ]?\d*:|nothing happens\b"
+    r"|(?:[^\n>]{0,80}\.[ ])?(?:in|on|at|looking)\b[^\n>.]{0,40},[ ]you see\b"
+    r"|you[ ]\w+[ ][^\n]*\bthe[ ][a-z]+[ ]\d+\b(?![ ]times)[^\n]*\.)"
+)
+_ANSWER = re.compile(rf"^[ \t]*{_SAYS}[^\n]*$", re.IGNORECASE | re.MULTILINE)
+"""What the world answers to a step: "You pick up the egg 1 from the table 2."."""
+_BETWEEN = re.compile(
+    rf"^[ \t]*(?:{_SAYS}|(?:you|the|your|ok)\b|(?:>[ ]*)?think:)[^\n]*$",
+    re.IGNORECASE | re.MULTILINE,
+)
+"""What stands between the steps of such a transcript."""
 
 
 def parse(text: str, words: Vocabulary | None = None) -> Parsed:
@@ -53,7 +67,8 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     """
     words = words or Vocabulary()
     whole = _plain(text)
-    text, discarded, why = _without_discarded(whole)
+    text, answers = _without_answers(whole)
+    text, discarded, why = _without_discarded(text)
     places = _Places(text)
     calls: list[Written] = []
     findings: list[Finding] = []
@@ -77,6 +92,9 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
         findings.insert(0, Finding("P101", _no_plan(whole, bool(findings)), line=1, column=1))
     if left_out:
         findings.append(_left_out([*left_out.values()], "is no call and is left out", places))
+    if answers:
+        why_not = "is left out: it is what the world answers, which is no step"
+        findings.append(_left_out(answers, why_not, places))
     taken_back = [
         i for i in read_text(discarded, words) if i.code not in (LEFT_OUT, PROSE, SAID, GAP)
     ]
@@ -93,6 +111,13 @@ def _plain(text: str) -> str:
     text = text.replace("\r\n", "\n").replace("\r", "\n").translate(_UNSEEN)
     text = _QUOTED_NAME.sub(lambda name: f"  {name[1].replace(' ', '_')}(", text)
     return _WIDE_CALL.sub(lambda call: call[0].translate(_WIDE), text)
+
+
+def _without_answers(text: str) -> tuple[str, list[Item]]:
+    """Return a text without the world's answers to steps, spaces in their place, and these."""
+    form = _BETWEEN if _COMMAND.search(text) and _ANSWER.search(text) else _ANSWER
+    items = [Item(m.end() - len(m[0].lstrip()), m[0].strip()) for m in form.finditer(text)]
+    return form.sub(lambda answer: " " * len(answer[0]), text), items
 
 
 def _without_discarded(text: str) -> tuple[str, str, str]:
