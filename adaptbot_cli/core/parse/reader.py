@@ -169,11 +169,9 @@ class _Reader:
                 break
             items, after = found
             self._spend(2 + (after - self.at) // 16)
-            lone = self._enter(self._line.indent)
+            self._enter(self._line.indent)
             for item in items:
                 self._add(item)
-            if lone is not None:
-                self._open.remove(lone)
             start = content = after
             end = line_end(self._text, after)
         return after
@@ -181,10 +179,10 @@ class _Reader:
     def _read_statement(self, start: int, content: int, end: int) -> int:
         """Read the head, the constant or the calls of a line; returns a line's end."""
         text, fenced = self._text, self._line.fenced
-        lone = self._enter(self._line.indent)
+        self._enter(self._line.indent)
         head = read_head(text, content, end, self._line.indent, fenced)
         begun = head and head[0].often and self._words.begins(head[0].head)
-        if head is not None and lone is None and not begun:
+        if head is not None and not begun:
             block, body, until, opens = head
             block.line = self._line
             self._open[-1].body.append(block)
@@ -201,15 +199,11 @@ class _Reader:
         self._spend(_BINDING * bool(after))
         if statement is not None:
             self._open[-1].body.append(statement)
-            after = line_end(text, max(after, end))
-        else:
-            after = self._read_calls(start, content, end)
-        if lone is not None:
-            self._open.remove(lone)
-        return after
+            return line_end(text, max(after, end))
+        return self._read_calls(start, content, end)
 
-    def _enter(self, indent: int) -> Block | None:
-        """Leave the blocks that end before a line; returns one that the line alone belongs to."""
+    def _enter(self, indent: int) -> None:
+        """Leave the blocks that end before a line."""
         last = self._open[-1]
         listed = self._line.marked and any(b.listed and b.indent == indent for b in self._open)
         floor = indent + 1 if listed else indent
@@ -217,10 +211,9 @@ class _Reader:
         ruling = last.kind != "frame" and not last.often
         if fresh and not self._blank and floor <= last.indent and ruling:
             # Models forget to indent. Running the body anyway would be the worse mistake.
-            return last
+            return
         while floor <= self._open[-1].indent:
             self._open.pop()
-        return None
 
     def _read_calls(self, start: int, content: int, end: int) -> int:
         """Read the calls of a line, or the line as prose; returns a line's end."""

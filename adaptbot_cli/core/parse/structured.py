@@ -143,8 +143,8 @@ class Structures:
         node, after = read_literal(text, pos)
         named = _BEFORE_MAP.search(text, max(0, pos - _LOOKED_AT), pos)
         if named and node.kind == "map" and node.end >= 0 and self._is_action(named[1]):
-            items = self._called(named[1], node, node)
-        elif text[pos] == "(" and (node.end < 0 or not self._naming(node)):
+            items = self._performed(node, Node("word", pos, text=named[1]), node)
+        elif text[pos] == "(" and not self._action(node):
             items, after = [], pos + 1
         else:
             items = list(self._steps(node, planned=False))
@@ -162,13 +162,12 @@ class Structures:
 
         `planned` tells that it is a part of a plan, `among` that it stands among steps.
         """
-        step, named = self._is_step(node), self._naming(node, among)
+        action = self._action(node, among)
         often = 1
-        if step or named or any(key in _PLANS for key, _ in node.entries()):
-            action = node.get(*_NAMED, *_NAMED_WITH_ARGS) or node
+        if action or any(key in _PLANS for key, _ in node.entries()):
+            name = action[0].text if action else ""
             for key, value in node.entries():
-                counts = value.plain and key in REPETITIONS
-                counts = counts and not self._words.takes(action.text, key)
+                counts = value.plain and key in REPETITIONS and not self._words.takes(name, key)
                 empty = value.plain and value.text.lower() in _EMPTY
                 if empty or not (counts or key in _CONDITIONS):
                     continue
@@ -179,10 +178,8 @@ class Structures:
                     return
         if node.plain:
             found = self._string(node) if planned else []
-        elif step:
-            found = self._step(node)
-        elif named:
-            found = self._called(*named, node)
+        elif action:
+            found = self._performed(node, *action)
         elif node.kind == "map":
             found = list(self._map_steps(node, planned))
         else:
@@ -192,9 +189,9 @@ class Structures:
     def _list_steps(self, node: Node, planned: bool) -> Iterator[Item]:
         """Yield the steps in a list. In a list of steps, whatever is none is told of."""
         heads = node.items[:_LOOKED_AT]
-        rows = any(item.kind == "list" and self._naming(item) for item in heads)
-        planned = planned or rows or any(map(self._is_step, heads))
-        maps = planned or all(i.kind == "map" and self._naming(i, among=True) for i in heads)
+        rows = any(item.kind == "list" and self._action(item) for item in heads)
+        planned = planned or any(map(self._action, heads))
+        maps = planned or all(i.kind == "map" and self._action(i, among=True) for i in heads)
         for item in node.items:
             found = list(self._steps(item, planned, rows if item.kind == "list" else maps))
             yield from found
@@ -235,80 +232,67 @@ class Structures:
     def _is_action(self, name: str) -> bool:
         return bool(_SHAPED.fullmatch(name)) or self._words.knows(name)
 
-    def _naming(self, node: Node, among: bool = False) -> tuple[str, Node] | None:
-        """Return the action and the arguments of a value that is no more than these, if it is.
+    def _action(self, node: Node, among: bool = False) -> tuple[Node, Node] | None:
+        """Return what names the action and what its arguments are, of a value that is a step.
 
-        `("move", ["fridge"])`, `[1, "move", "fridge"]` and `{"move": {"place": "fridge"}}` are;
-        `among` others of the kind a name need not look like an action's.
+        A text may be one, and a map that has a key for it, or no more than these: `("move",
+        ["fridge"])`, `[1, "move", "fridge"]` and `{"move": {"place": "fridge"}}`; `among` others
+        of the kind the name need not look like an action's.
         """
+        if node.plain:
+            calls = "(" in node.text and any(i.code not in _WORDS for i in self._read(node.text))
+            says = node.kind == "string" and (calls or self._words.begins(node.text))
+            return (node, node) if says else None
+        knows, plans = self._words.knows, any(key in _PLANS for key, _ in node.entries())
+        name = None if plans else node.get(*_NAMED, *_NAMED_WITH_ARGS)
+        if name and name.kind == "map":
+            nested = name.get(*_NAMED, *_NAMED_WITH_ARGS)
+            return self._action(name) or ((nested, name) if nested else None)
+        if name and name.plain and ("(" in name.text or node.get(*_NAMED, *_ARGS)):
+            return name, node
         if node.end < 0 or not node.items:
             return None
         if node.kind == "list":
-            first, *rest = node.items[node.items[0].text.isdigit() :] or node.items
-            name, value = first.text, Node("list", node.start, node.end, items=rest)
+            name, *rest = node.items[node.items[0].text.isdigit() :] or node.items
             flat = [inner for item in rest for inner in item.items or [item]]
-            knows = self._words.knows
-            fits = (
-                first.kind == "string"
-                and self._is_action(name) and (bool(flat) or knows(name))
-                and not any(i.kind == "map" or "(" in i.text or knows(i.text) for i in flat)
-            )  # fmt: skip
-            return (name, value) if fits or (among and KEYWORD.fullmatch(name)) else None
+            fits = name.kind == "string" and self._is_action(name.text) and not any(
+                i.kind == "map" or "(" in i.text or knows(i.text) for i in flat
+            ) and (bool(flat) or knows(name.text))  # fmt: skip
+            fits = fits or (among and bool(KEYWORD.fullmatch(name.text)))
+            return (name, Node("list", node.start, node.end, items=rest)) if fits else None
         own = [n for n, (key, _) in enumerate(node.entries())
-               if key not in REPETITIONS and key not in _CONDITIONS]  # fmt: skip
-        if len(own or node.keys) > 1:
+               if key not in REPETITIONS and key not in _CONDITIONS] or [0]  # fmt: skip
+        key, value = node.keys[own[0]], node.items[own[0]]
+        if own[1:] or key.lower() in _NO_ACTIONS or not KEYWORD.fullmatch(key):
             return None
-        name, value = node.keys[own[0] if own else 0], node.items[own[0] if own else 0]
-        if name.lower() in _NO_ACTIONS or not KEYWORD.fullmatch(name):
-            return None
-        plain = all(inner.plain and not self._is_step(inner) for inner in value.items)
-        fits = self._is_action(name) or (among and value.text.count(" ") < _FEW)
-        return (name, value) if plain and fits else None
+        plain = all(inner.plain and not self._action(inner) for inner in value.items)
+        fits = self._is_action(key) or (among and value.text.count(" ") < _FEW)
+        return (Node("word", node.start, text=key), value) if plain and fits else None
 
-    def _is_step(self, node: Node) -> bool:
-        """Tell whether a value says a step by itself: a text, or a map that names its action."""
-        if node.kind == "string":
-            calls = "(" in node.text and any(i.code not in _WORDS for i in self._read(node.text))
-            return calls or self._words.begins(node.text)
-        name = node.get(*_NAMED, *_NAMED_WITH_ARGS)
-        if name is None or any(key in _PLANS for key, _ in node.entries()):
-            return False
-        if name.kind == "map":
-            return self._is_step(name) or name.get(*_NAMED, *_NAMED_WITH_ARGS) is not None
-        return name.plain and ("(" in name.text or node.get(*_NAMED, *_ARGS) is not None)
-
-    def _called(self, action: str, value: Node, node: Node) -> list[Item]:
-        args = flattened(value)
-        if args is None:
-            return [self._unread(node, "an argument is an object")]
-        return [Item(node.start, self._quoted(node), keyworded(action, kept(args)))]
-
-    def _step(self, node: Node) -> list[Item]:
-        """Read a map that names its action; its arguments stand under a key, or beside."""
-        name = node.get(*_NAMED, *_NAMED_WITH_ARGS)
-        if name is None or node.end < 0:
+    def _performed(self, node: Node, name: Node, given: Node) -> list[Item]:
+        """Read a step; its arguments stand under a key of what is given, or beside the action."""
+        source = self._quoted(node)
+        if node.end < 0:
             return [self._unread(node, "it breaks off")]
-        if name.kind == "map":
-            return self._step(name)
         if "(" in name.text:
-            source = self._quoted(node)
             found = [replace(i, start=node.start, source=source) for i in self._read(name.text)]
             return found or [self._unread(node, "its action cannot be read")]
-        values = node.get(*_ARGS)
-        given = values or Node("map", node.start, node.end)
-        for key, value in node.entries() if values is None else ():
-            counts = key in REPETITIONS and not self._words.takes(name.text, key)
-            if value is not name and key not in _REMARKS and not counts:
-                given.add(value, key)
-        args = flattened(given)
+        values = given.get(*_ARGS) if name in given.items else given
+        if values is None:
+            values = Node("map", node.start, node.end)
+            for key, value in given.entries():
+                counts = key in REPETITIONS and not self._words.takes(name.text, key)
+                if value is not name and key not in _REMARKS and not counts:
+                    values.add(value, key)
+        args = flattened(values)
         if args is None:
             return [self._unread(node, "an argument is an object")]
         action = name.text.strip().rpartition(".")[2]
         joined = re.sub(r"[\s-]+", "_", action)
         known = self._words.knows(joined)
-        if known or action.isidentifier() or (action and values is not None):
-            call = keyworded(joined if known else action, kept(args))
-            return [Item(node.start, self._quoted(node), call)]
+        if known or action.isidentifier() or (action and given.get(*_ARGS)):
+            call = keyworded(joined if known and not action.isidentifier() else action, kept(args))
+            return [Item(node.start, source, call)]
         if not (self._words.begins(action) or self._words.ordered(action)):
             return [self._unread(node, "its action is not a name")]
         found = self._string(name) or [Item(name.start, action, code=SAID)]
@@ -388,9 +372,7 @@ class Structures:
         else:
             return None
         node.end = after
-        if not self._is_step(node) and (
-            node.items[0].text.count(" ") >= _FEW or not self._naming(node, among=True)
-        ):
+        if node.items[0].text.count(" ") >= _FEW or not self._action(node, among=True):
             return None
         self._listed = True
         items = list(self._steps(node, planned=True, among=True))
