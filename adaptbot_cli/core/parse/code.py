@@ -22,14 +22,12 @@ _LONGEST = 5_000
 _DEPTH = 20
 
 # A function without arguments, and what starts it, rule nothing: the body is the plan.
-_FRAME = re.compile(
+_CODE = re.compile(
     r"(?:(?:async|export|public|static|void)\s+)*(?:def|function|void)\s+(?P<name>\w+)\s*"
     r"\((?P<params>[^()\n]{0,300})\)[^:{(\n]{0,60}[:{]"
     r"|if\s+__name__\s*==\s*[\"']__main__[\"']\s*:|class\s+\w+[^:{\n]{0,100}[:{]|with\s[^:\n]{0,100}:"
-)
-_FOR = re.compile(
-    r"for\s+(?P<to>[\w\s,()]{1,80}?)\s+in\s+(?P<of>[^\n]{1,4000}?):\s*(?=\#|\Z|\w)"
-    r"|for\s*\(\s*(?:const|let|var)\s+(?P<js>\w+)\s+of\s+(?P<list>[^\n]{1,4000}?)\)\s*\{"
+    r"|for\s*(?:\(\s*(?:const|let|var)\s+)?(?P<to>[\w\s,()]{1,80}?)\s+(?:in|of)\s+"
+    r"(?P<over>[^\n]{1,4000}?)(?:\)\s*\{|:\s*(?=\#|\Z|\w))"
 )
 _BINDING = re.compile(
     r"(?:(?:const|let|var)\s+)?([^\W\d]\w*)\s*(?::\s*\w[\w\[\], ]*)?="
@@ -109,13 +107,14 @@ def read_head(text: str, start: int, end: int, indent: int, fenced: bool) -> Hea
 
     "If the pan is dirty, clean it" is one as well; "For the salad:" and "While it boils:" are not.
     """
-    frame = _FRAME.match(text, start, end)
-    if frame is not None:
-        block = Block(indent, head=text[start:end].rstrip(" :,{\t")[:200], start=start)
-        if frame["name"]:
-            params = tuple(re.findall(r"(?:\A|,)\s*\*{0,2}(\w+)", frame["params"]))
-            block.kind, block.name, block.params = "function", frame["name"], params
-        return block, frame.end(), end, True
+    code = _CODE.match(text, start, end)
+    if code is not None:
+        kind = "function" if code["name"] else "loop" if code["over"] else "frame"
+        params = tuple(re.findall(r"(?:\A|,)\s*\*{0,2}(\w+)", code["params"] or ""))
+        head = text[start : end if kind == "frame" else code.end()].rstrip(" :,{\t")[:200]
+        name = code["name"] or code["to"] or ""
+        block = Block(indent, kind, head, start, name, params, code["over"] or "")
+        return block, code.end(), end, True
     counted = _TIMES.match(text, start, end) or _KEYED.match(text, start, end)
     if counted is not None:
         often = count_of(next(filter(None, counted.groups()), "").replace(".", " "))
@@ -127,16 +126,9 @@ def read_head(text: str, start: int, end: int, indent: int, fenced: bool) -> Hea
                       start, over=f"range({often})", often=True)  # fmt: skip
         return block, body, end, not text[body:end].strip(" {*_`\t")
     word = _WORD.match(text, start, end)
-    if word is None or (
-        text[word.end() : word.end() + 1] == "(" and calls.ends_line(text, word.end())
-    ):
-        return None
-    loop = _FOR.match(text, start, end)
-    if loop is not None:
-        block = Block(indent, "loop", text[start : loop.end()].rstrip(" :{"), start,
-                      loop["to"] or loop["js"], over=loop["of"] or loop["list"])  # fmt: skip
-        return block, loop.end(), end, True
-    return _condition(text, word, end, indent, fenced)
+    at = word.end() if word else end
+    calls_it = text[at : at + 1] == "(" and calls.ends_line(text, at)
+    return _condition(text, word, end, indent, fenced) if word and not calls_it else None
 
 
 def _condition(text: str, match: re.Match[str], end: int, indent: int, fenced: bool) -> Head | None:
@@ -146,15 +138,13 @@ def _condition(text: str, match: re.Match[str], end: int, indent: int, fenced: b
     sentence = None if fenced else _SENTENCE_END.search(text, behind, end)
     until = sentence.start() if sentence else end
     colon, comma = _separators(text, behind, until)
-    if word == "for" and not _LOOP.match(text, behind, end):
-        return None
-    if word in ("unless", "otherwise", "repeat") and text[behind : behind + 1] == "(":
-        return None
     # "While it boils:" is prose, and "repeat this until it is clean" rules no line below.
     code = fenced or match[1].islower() or word == "for"
-    braced = "{" in text[behind:end] or text[behind:end].rstrip().endswith(" do")
+    opens = colon >= 0 or "{" in text[behind:end] or text[behind:end].rstrip().endswith(" do")
+    called = word in ("unless", "otherwise", "repeat") and text[behind : behind + 1] == "("
     branch = word in ("if", "elif", "else", "unless", "otherwise")
-    if not branch and (not code or (colon < 0 and not braced)):
+    loops = word != "for" or _LOOP.match(text, behind, end)
+    if called or not loops or not (branch or (code and opens)):
         return None
     comma = -1 if fenced else comma
     then = _THEN.search(text, behind, until)
@@ -171,7 +161,7 @@ def _condition(text: str, match: re.Match[str], end: int, indent: int, fenced: b
         body = comma + 1
     # "If it is dirty, clean it first:" has said its piece; the lines below are the plan again.
     alone = until == end and not text[body:end].strip(" {*_`\t")
-    head = text[match.start(1) : body].rstrip(" :,{\t") or match[1]
+    head = text[match.start(1) : body].rstrip(" :,{\t")
     block = Block(indent, "condition", head, match.start(1))
     return block, body, until, alone and not 0 <= comma < max(body, colon)
 
@@ -215,20 +205,19 @@ def steps_of(root: Block) -> list[Item]:
     steps.define(root)
     steps.run(root.body, {}, "")
     steps.run_uncalled()
-    unused = (item.fault("nothing makes use of it") for item in steps.unused.values())
-    return [*steps.out, *unused]
+    return [*steps.out, *(i.fault("nothing makes use of it") for i in steps.unused.values())]
 
 
+@dataclass(slots=True)
 class _Steps:
     """Works out the steps of blocks: `out` gets the items, `unused` has the constants, by name."""
 
-    def __init__(self) -> None:
-        self.out: list[Item] = []
-        self.unused: dict[str, Item] = {}
-        self._functions: dict[str, Block] = {}
-        self._called: set[str] = set()
-        self._stack: list[str] = []
-        self._seen: set[tuple[int, str]] = set()
+    out: list[Item] = field(default_factory=list)
+    unused: dict[str, Item] = field(default_factory=dict)
+    _functions: dict[str, Block] = field(default_factory=dict)
+    _called: set[str] = field(default_factory=set)
+    _stack: list[str] = field(default_factory=list)
+    _seen: set[tuple[int, str]] = field(default_factory=set)
 
     def define(self, block: Block) -> None:
         """Note the functions in a block; one without steps, such as a stub, is an action."""
@@ -243,14 +232,15 @@ class _Steps:
         left = [f for name, f in self._functions.items() if name not in self._called]
         inner = {item.call.action for f in left for item in f.items() if item.call}
         roots = [f for f in left if f.name not in inner]
-        if len(roots) > 1:
-            roots = [f for f in roots if f.name == "main"] or roots
+        roots = [f for f in roots if f.name == "main"] or roots
         if len(roots) == 1 and not any(item.call or item.code == "P103" for item in self.out):
+            self._called.add(roots[0].name)
             self.run(roots[0].body, {}, "")
-            left = [f for f in left if f is not roots[0] and f.name not in self._called]
         for function in left:
-            why = f"{shown(function.head)} is never called: its steps are left out."
-            self._add(Item(function.start, function.head, code=LEFT_OUT, message=why))
+            if function.name not in self._called:
+                why = f"{shown(function.head)} is never called: its steps are left out."
+                item = Item(function.start, function.head)
+                self._add(item.told(LEFT_OUT, why))
 
     def _add(self, item: Item) -> None:
         """Add an item; whatever is no call is told but once for its place."""
