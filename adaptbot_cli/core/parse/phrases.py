@@ -169,17 +169,13 @@ class Clause:
     elided: bool = False
 
 
-def _nothing(name: str) -> bool:
-    return False
-
-
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
     """The words of a domain that phrases are read with; by default there are none."""
 
     verbs: Mapping[str, Sequence[Verb]] = field(default_factory=dict)
     names: frozenset[str] = frozenset()
-    is_thing: Callable[[str], object] = _nothing
+    is_thing: Callable[[str], object] = frozenset[str]().__contains__
     called: Mapping[str, Action] = field(default_factory=dict)
 
     @classmethod

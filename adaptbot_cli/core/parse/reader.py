@@ -1,6 +1,7 @@
 """Reading a text line by line: which form each line has, and the blocks that lines form."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 
 from adaptbot_cli.core.parse import calls
@@ -50,50 +51,51 @@ _TIME = re.compile(
 )
 
 
-def read_text(text: str, words: Vocabulary) -> list[Item]:
-    """Read what stands in a text whose lines end in a line feed, in the order it is done."""
-    return _read(text, words, _Effort())
-
-
-def _read(text: str, words: Vocabulary, effort: "_Effort") -> list[Item]:
-    reader = _Reader(text, words, effort)
-    try:
-        reader.read()
-    except _ExhaustedError:
-        message = "The text is not read on from here: it holds far too much for a plan."
-        reader.root.body.append(Item(reader.at, "", code="P102", message=message))
-    return steps_of(reader.root)
-
-
 class _ExhaustedError(Exception):
     """The effort is used up; never leaves this module."""
 
 
-class _Effort:
-    """Bounds the time that a text takes which no model writes, strings inside it included."""
-
+def read_text(text: str, words: Vocabulary) -> list[Item]:
+    """Read what stands in a text whose lines end in a line feed, in the order it is done."""
     left = _EFFORT
 
-    def spend(self, units: int) -> None:
-        self.left -= units
-        if self.left < 0:
+    def spend(units: int) -> None:
+        nonlocal left
+        left -= units
+        if left < 0:
             raise _ExhaustedError
+
+    def read(text: str) -> list[Item]:
+        reader = _Reader(text, words, lambda part: [i for i in read(part) if i.code != GAP], spend)
+        try:
+            reader.read()
+        except _ExhaustedError:
+            message = "The text is not read on from here: it holds far too much for a plan."
+            reader.root.body.append(Item(reader.at, "", code="P102", message=message))
+        return steps_of(reader.root)
+
+    return read(text)
 
 
 class _Reader:
-    """Reads the lines of a text into the blocks below `root`; `at` is how far it has come."""
+    """Reads the lines of a text into the blocks below `root`; `at` is how far it has come.
 
-    def __init__(self, text: str, words: Vocabulary, effort: _Effort) -> None:
+    `read` reads a string that stands in the text, `spend` bounds the effort for both.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        words: Vocabulary,
+        read: Callable[[str], list[Item]],
+        spend: Callable[[int], None],
+    ) -> None:
         self.root = Block(-1)
         self.at = 0
         self._text = text
         self._words = words
-        self._spend = effort.spend
-
-        def read_string(string: str) -> list[Item]:
-            return [item for item in _read(string, words, effort) if item.code != GAP]
-
-        self._structures = Structures(text, read_string, words, effort.spend)
+        self._spend = spend
+        self._structures = Structures(text, read, words, spend)
         self._open = [self.root]
         self._fresh = self._blank = False
         self._line = Line()

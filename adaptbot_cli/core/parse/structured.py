@@ -6,20 +6,11 @@ Each is read into the same values (`Node`), and what a value says as a step is d
 import html
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
-from adaptbot_cli.core.parse.calls import (
-    LEFT_OUT,
-    PROSE,
-    SAID,
-    Item,
-    Line,
-    kept,
-    line_end,
-    read_table,
-    shown,
-)
+from adaptbot_cli.core.parse import calls
+from adaptbot_cli.core.parse.calls import LEFT_OUT, PROSE, SAID, Item, Line, line_end, shown
 from adaptbot_cli.core.parse.phrases import Vocabulary
 from adaptbot_cli.core.parse.tree import KEYWORD, Args, Node, flattened, read_literal
 from adaptbot_cli.core.plan import keyworded
@@ -29,7 +20,7 @@ _LOOKED_AT = 50
 _FEW = 2
 """How many spaces make a text more than an argument."""
 
-_KEYS = read_table("""
+_KEYS = calls.read_table("""
 named: action function action_name function_name tool_name primitive skill verb
 named_with_args: name tool call command operation op step
 args: args arguments parameters params kwargs argument input inputs action_input tool_input
@@ -102,22 +93,20 @@ Found = tuple[list[Item], int]
 """The items of a structure, and where it ends."""
 
 
+@dataclass(slots=True)
 class Structures:
-    """Reads the steps in the structures of a text; `read` reads a plain text that stands in one."""
+    """Reads the steps in the structures of a text; what reads a text that stands in
+    one and what bounds the effort are given.
+    """
 
-    def __init__(
-        self,
-        text: str,
-        read: Callable[[str], Sequence[Item]],
-        words: Vocabulary,
-        spend: Callable[[int], None],
-    ) -> None:
-        self._text = text
-        self._read = read
-        self._words = words
-        self._spend = spend
-        self._listed = self._scripted = False
-        self._no_json_before = self._no_table_before = 0
+    _text: str
+    _string_items: Callable[[str], Sequence[Item]]
+    _words: Vocabulary
+    _spend: Callable[[int], None]
+    _listed: bool = False
+    _scripted: bool = False
+    _no_json_before: int = 0
+    _no_table_before: int = 0
 
     def read(self, start: int, content: int, end: int, line: Line) -> Found | None:
         """Read the structure that begins in a line by the first form that fits, if one does.
@@ -219,7 +208,7 @@ class Structures:
 
     def _string(self, node: Node) -> list[Item]:
         """Read what a string holds, placed where the string stands."""
-        items = [replace(item, start=node.start) for item in self._read(node.text)]
+        items = [replace(item, start=node.start) for item in self._string_items(node.text)]
         if all(item.code in _WORDS for item in items) and not self._words.begins(node.text):
             return []
         source = self._quoted(node)
@@ -240,8 +229,10 @@ class Structures:
         of the kind the name need not look like an action's.
         """
         if node.plain:
-            calls = "(" in node.text and any(i.code not in _WORDS for i in self._read(node.text))
-            says = node.kind == "string" and (calls or self._words.begins(node.text))
+            called = "(" in node.text and any(
+                i.code not in _WORDS for i in self._string_items(node.text)
+            )
+            says = node.kind == "string" and (called or self._words.begins(node.text))
             return (node, node) if says else None
         knows, plans = self._words.knows, any(key in _PLANS for key, _ in node.entries())
         name = None if plans else node.get(*_NAMED, *_NAMED_WITH_ARGS)
@@ -275,7 +266,9 @@ class Structures:
         if node.end < 0:
             return [self._unread(node, "it breaks off")]
         if "(" in name.text:
-            found = [replace(i, start=node.start, source=source) for i in self._read(name.text)]
+            found = [
+                replace(i, start=node.start, source=source) for i in self._string_items(name.text)
+            ]
             return found or [self._unread(node, "its action cannot be read")]
         values = given.get(*_ARGS) if name in given.items else given
         if values is None:
@@ -291,7 +284,9 @@ class Structures:
         joined = re.sub(r"[\s-]+", "_", action)
         known = self._words.knows(joined)
         if known or action.isidentifier() or (action and given.get(*_ARGS)):
-            call = keyworded(joined if known and not action.isidentifier() else action, kept(args))
+            call = keyworded(
+                joined if known and not action.isidentifier() else action, calls.kept(args)
+            )
             return [Item(node.start, source, call)]
         if not (self._words.begins(action) or self._words.ordered(action)):
             return [self._unread(node, "its action is not a name")]
@@ -341,7 +336,7 @@ class Structures:
         if (found or opened[2]) and not leaves and "<" not in body and body.strip():
             given.append(("input", body))
         args = [arg for key, value in given for arg in _args(key, html.unescape(value).strip())]
-        call = keyworded(name, kept(args))
+        call = keyworded(name, calls.kept(args))
         return [replace(item, source=item.source[:_LONGEST], call=call)], after
 
     def _fields(self, start: int, end: int, fenced: bool) -> Found | None:
@@ -352,7 +347,7 @@ class Structures:
         key, value = _key(match[2]), match[3].strip().strip("`*'\"")
         bracketed = _BRACKETED.fullmatch(value) if key in _LEADING else None
         if bracketed:
-            call = keyworded(bracketed[1], kept(_args("input", bracketed[2])))
+            call = keyworded(bracketed[1], calls.kept(_args("input", bracketed[2])))
             return [Item(match.start(3), value, call)], end
         listed, column = bool(match[1].strip()), match.start(2) - start
         among = listed and self._listed

@@ -2,7 +2,7 @@
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from adaptbot_cli.core.parse.calls import GAP, LEFT_OUT, PROSE, SAID, SHOWN, Item, shown
 from adaptbot_cli.core.parse.phrases import Vocabulary
@@ -69,13 +69,13 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     whole = _plain(text)
     text, answers = _without_answers(whole)
     text, discarded, why = _without_discarded(text)
-    places = _Places(text)
+    place = _places(text)
     calls: list[Written] = []
     findings: list[Finding] = []
     left_out: dict[int, Item] = {}
     gaps: dict[int, int] = {}
     for item in _in_time(settled(read_text(text, words), words)):
-        line, column = places.of(item)
+        line, column = place(item)
         if item.call is not None:
             calls.append(Written(item.call, item.source, line, column))
         elif item.code == GAP:
@@ -91,16 +91,16 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     if not calls:
         findings.insert(0, Finding("P101", _no_plan(whole, bool(findings)), line=1, column=1))
     if left_out:
-        findings.append(_left_out([*left_out.values()], "is no call and is left out", places))
+        findings.append(_left_out([*left_out.values()], "is no call and is left out", place))
     if answers:
         why_not = "is left out: it is what the world answers, which is no step"
-        findings.append(_left_out(answers, why_not, places))
+        findings.append(_left_out(answers, why_not, place))
     taken_back = [
         i for i in read_text(discarded, words) if i.code not in (LEFT_OUT, PROSE, SAID, GAP)
     ]
     if taken_back:
         taken_back.sort(key=lambda item: item.start)
-        findings.append(_left_out(taken_back, f"is left out: {why}", places))
+        findings.append(_left_out(taken_back, f"is left out: {why}", place))
     kept, repeated = without_repeats(calls, gaps)
     findings = sorted([*findings, *repeated], key=lambda f: (f.line or 0, f.column or 0))
     return Parsed(kept, tuple(findings))
@@ -166,26 +166,24 @@ def _in_time(items: Iterable[Item]) -> list[Item]:
     return items
 
 
-class _Places:
-    """Turns offsets into lines and columns."""
+def _places(text: str) -> Callable[[Item], tuple[int, int]]:
+    """Return what tells the line and column of an item."""
+    starts = [0, *(match.end() for match in re.finditer("\n", text))]
 
-    def __init__(self, text: str) -> None:
-        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
-        self._last = len(text)
+    def place(item: Item) -> tuple[int, int]:
+        offset = min(item.start, len(text))
+        line = bisect_right(starts, offset)
+        return line, offset - starts[line - 1] + 1
 
-    def of(self, item: Item) -> tuple[int, int]:
-        """Return the line and column of an item."""
-        offset = min(item.start, self._last)
-        line = bisect_right(self._starts, offset)
-        return line, offset - self._starts[line - 1] + 1
+    return place
 
 
-def _left_out(items: list[Item], why: str, places: _Places) -> Finding:
+def _left_out(items: list[Item], why: str, place: Callable[[Item], tuple[int, int]]) -> Finding:
     """Tell of all lines that are left out for one reason in one finding."""
-    line, column = places.of(items[0])
+    line, column = place(items[0])
     message = f"{shown(items[0].source)} {why}"
     if len(items) > 1:
-        lines = ", ".join(str(places.of(item)[0]) for item in items[1 : _MOST_LINES + 1])
+        lines = ", ".join(str(place(item)[0]) for item in items[1 : _MOST_LINES + 1])
         more = " and on" if len(items) > _MOST_LINES + 1 else ""
         message += f", and so is what stands in line {lines}{more}"
     return Finding(LEFT_OUT, f"{message}.", line=line, column=column)
