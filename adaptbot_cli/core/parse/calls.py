@@ -102,6 +102,12 @@ def read_table(written: str) -> dict[str, tuple[str, ...]]:
     return {name: tuple(words.split()) for name, words in rows}
 
 
+def worded(pattern: str, flags: int = 0) -> re.Pattern[str]:
+    """Compile a pattern of words in any case; a space stands for white space, ' for ’ as well."""
+    spaced = re.sub(r"(?<!\[) (?!\])", r"\\s+", pattern.replace("'", "['’]"))
+    return re.compile(spaced, re.IGNORECASE | flags)
+
+
 def shown(source: str) -> str:
     """Quote a source in a message: one line of printable text, shortened."""
     line = " ".join(source[: 4 * SHOWN].split())
@@ -237,10 +243,9 @@ def unescape(written: str) -> str:
 _NAME = re.compile(r"(?<!\w)(?:[^\W\d]\w*\.)*((?:[^\W\d]|\\_)(?:\w|\\_|-(?=[^\W\d]))*)\Z")
 _QUOTED = re.compile(r"[ \t]*[\"'“‘]")
 _PLURAL = {"s", "es", "ies"}
-_OFTEN = re.compile(
-    rf"[ \t`*_.,;–—-]*(?:[(\[#]\s*|//\s*)?(?:do[ ]it[ ]|repeat(?:ed)?[ ])?(?:({TIMES})|{UNCOUNTED}"
-    r"|\]\s*\*\s*\d+)",
-    re.IGNORECASE,
+_OFTEN = worded(
+    r"[ \t`*_.,;–—-]*(?:[(\[#]\s*|//\s*)?(?:do it |repeat(?:ed)? )?"
+    rf"(?:({TIMES})|{UNCOUNTED}|\]\s*\*\s*\d+)"
 )
 _TRAILING_IF = re.compile(
     r"[ \t`*]*(?=(?:if|unless|for[ \t]+(?:each|every|all)|for[ \t]+[\w, ()]{1,60}[ \t]in)\b)"
@@ -256,11 +261,10 @@ MARK = (
     r"|\d{1,4}(?:\.\d{1,4})+(?=\s)|\[(?:(?:[Ss]tep|[Aa]ction|[Tt]ask)\s*\d*|[ xX\d✓✔]{1,3})\](?=\s)"
     r"|[①-⑳❶-❿Ⅰ-ⅻ]\.?)\s*+"
 )
-_BEFORE = re.compile(
+_BEFORE = worded(
     # Any symbol that opens no value: bullets, arrows, ticks. Words are no marks.
     rf"(?:[^\w(){{}}\[\]/\\<]|_)*(?:{MARK}|(?!{MARK}))[*_`]*+{_LABEL}"
-    r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?",
-    re.IGNORECASE,
+    r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?"
 )
 _NUMBERED = re.compile(r"[.:;,]\s+\(?1[.):]\s*\Z")
 _BEHIND = re.compile(
@@ -270,8 +274,8 @@ _BEHIND = re.compile(
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 _COLON = re.compile(r"(?:(?<!Error)(?<!Exception)[:：]|→|⇒|[-=]>)[ \t*_`]*\Z")
-_OTHERWISE = re.compile(
-    r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)|assert\b.*\b(else)[\s:]*", re.I | re.S
+_OTHERWISE = worded(
+    r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)|assert\b.*\b(else)[\s:]*", re.DOTALL
 )
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
 _SENTENCE_END = re.compile(rf"{_LINE_END.pattern}|\.\s+[A-Z]")
@@ -379,26 +383,24 @@ WRAPPERS = frozenset(
 )  # fmt: skip
 """What says of another call that it is done."""
 
-# Behind these anything may come before the call: "Never put it there by put_down(...)".
-_ORDER = r"do\s+not|don['’]?t|never|(?:must|should|shall)(?:\s+not|n['’]t)"
-# Behind these only words that announce the call: "The pan is not clean clean(...)" is a step.
-_DIRECT = (
-    r"not|avoid(?:ing)?|instead\s+of|rather\s+than|without|can(?:not|['’]t)|needn['’]t|no\s+need"
-    r"|refrain(?:ing)?\s+from|skip(?:ping)?|omit(?:ting)?|neither|nor"
-)
 _BREAKS = (
-    r"so|but|then|therefore|thus|hence|because|until|before|unless|forget|fail|hesitate|only|just"
+    "so but then therefore thus hence because until before unless forget fail hesitate only just"
 )
 _ANNOUNCES = (
-    r"ever|again|yet|to|for|use|using|call|calling|do|doing|run|running|execute|executing|perform"
-    r"|performing|write|writing|include|including|the|a|any|action|step|function|command"
+    "ever again yet to for use using call calling do doing run running execute executing perform"
+    " performing write writing include including the a any action step function command"
 )
-_NEGATION = re.compile(
-    rf"(?<![\w'’])(?:(?:{_ORDER})(?:[*`\"]*+[ \t]++[*`\"]*+(?!(?:{_BREAKS})\b)[\w'’-]++){{0,8}}"
-    rf"|(?:{_DIRECT})(?:[*`\"]*+[ \t]++[*`\"]*+(?:{_ANNOUNCES})\b){{0,6}})[ \t*_`\"'“‘(]*\Z",
-    re.IGNORECASE,
+_NEGATION = worded(
+    # Behind these anything may come before the call: "Never put it there by put_down(...)".
+    r"(?<![\w\x27’])(?:(?:do not|don'?t|never|(?:must|should|shall)(?: not|n't))"
+    rf"(?:[*`\"]*+[ \t]++[*`\"]*+(?!(?:{_BREAKS.replace(' ', '|')})\b)[\w\x27’-]++){{0,8}}"
+    # Behind these only words that announce it: "The pan is not clean clean(...)" is a step.
+    r"|(?:not|avoid(?:ing)?|instead of|rather than|without|can(?:not|'t)|needn't|no need"
+    r"|refrain(?:ing)? from|skip(?:ping)?|omit(?:ting)?|neither|nor)"
+    rf"(?:[*`\"]*+[ \t]++[*`\"]*+(?:{_ANNOUNCES.replace(' ', '|')})\b){{0,6}})"
+    r"[ \t*_`\"\x27“‘(]*\Z"
 )
-_GOES_ON = re.compile(r"[\s`*_,\"”]*\b(?:and|or|nor)[\s`*_\"“]*", re.IGNORECASE)
+_GOES_ON = worded(r"[\s`*_,\"”]*\b(?:and|or|nor)[\s`*_\"“]*")
 
 
 def negation(text: str, anchor: int, start: int, before: str) -> str:

@@ -34,27 +34,19 @@ _BINDING = re.compile(
     r"\s*(?=[\[\"'({]|[\d.]+\s*(?:[;\#]|\Z|\n))"
 )
 _LEAVES = re.compile(r"(return\b(?![^\n]*\()[^\n]*)|(?:break|continue)\b\s*;?\s*(?:#|\Z)")
-_WORD = re.compile(
-    r"(?:\}\s*)?(if|elif|else|unless|otherwise|for|while|repeat|try|except|finally)\b"
-    r"(?=[\s:,({]|\Z)",
-    re.IGNORECASE,
+_WORD = calls.worded(
+    r"(?:\}\s*)?(if|elif|else|unless|otherwise|for|while|repeat|try|except|finally)\b(?=[\s:,({]|\Z)"
 )
-_TIMES = re.compile(
+_TIMES = calls.worded(
     rf"(?:(?:(?:repeat|loop|do|perform|for)\b[^\n:({{\d]{{0,40}}?[\s(])?({TIMES}|\d{{1,3}}\.times)"
     r"|(?:repeat|loop)\s*\(?(\d{1,3}))\)?\s*(?:[:{][\s*_]*|\bdo\b|\Z)"
-    rf"|({TIMES})\s+(?=\w)|[^\n:(){{]{{0,80}}?[\s(,](?:\w+\s)?({TIMES})\)?[\s*_]*[:{{][\s*_]*\Z",
-    re.IGNORECASE,
+    rf"|({TIMES})\s+(?=\w)|[^\n:(){{]{{0,80}}?[\s(,](?:\w+\s)?({TIMES})\)?[\s*_]*[:{{][\s*_]*\Z"
 )
 """A head that says how often the steps below are done: "Repeat twice:", "do this 3 times {"."""
-_KEYED = re.compile(
-    rf"(?:{'|'.join(REPETITIONS)}|for_?each|while|until|if|unless):"
-    r"[ ]+(\S[^\n]*)"
-)
+_KEYED = re.compile(rf"(?:{'|'.join(REPETITIONS)}|for_?each|while|until|if|unless):[ ]+(\S[^\n]*)")
 """A key of a structure that says how often, or when, the steps beside it are done."""
-_LOOP = re.compile(
-    r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)*\s+in\b|each\b|every\b|all\b|\()", re.IGNORECASE
-)
-_THEN = re.compile(r"\bthen\b:?", re.IGNORECASE)
+_LOOP = calls.worded(r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)* in\b|(?:each|every|all)\b|\()")
+_THEN = calls.worded(r"\bthen\b:?")
 _MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
 _SENTENCE_END = re.compile(r"[.!?]\s+(?=[A-Z`])")
 

@@ -14,7 +14,7 @@ from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.english import PRONOUNS, TIMES, UNCOUNTED, count_of
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, parted
-from adaptbot_cli.core.parse.calls import read_table
+from adaptbot_cli.core.parse.calls import read_table, worded
 from adaptbot_cli.core.plan import Call, keyworded
 
 _ENGLISH = """
@@ -74,63 +74,44 @@ ASIDE = re.compile(rf"\s[(\[](?!{TIMES}[)\]])([^()\[\]]*)[)\]]")
 _TOLD_TIMES = re.compile(rf"\s[(\[]({TIMES}|{UNCOUNTED})[)\]]", re.IGNORECASE)
 _ASIDE = re.compile(r"\s[–—-]\s|[*_]*(:)[*_]*\s+")
 _INVERTED = (
-    (re.compile(r"use\s+(.{1,60}?)\s+to\s+(\w.*)", re.IGNORECASE), r"\2 with \1"),
-    (
-        re.compile(
-            r"((?:with|using|on|in|from)\s[^,]{1,60}),\s*((?:(?!\band\b|[,;]).)*)", re.IGNORECASE
-        ),
-        r"\2 \1",
-    ),
-    (
-        re.compile(
-            r"((?:once|when|while|after|before|until|as\s+soon\s+as|if|unless)\s[^,]{1,60}),\s*(.*)",
-            re.IGNORECASE,
-        ),
-        r"\2 \1",
-    ),
-)
+    (worded(r"use (.{1,60}?) to (\w.*)"), r"\2 with \1"),
+    (worded(r"((?:with|using|on|in|from)\s[^,]{1,60}),\s*((?:(?!\band\b|[,;]).)*)"), r"\2 \1"),
+    (worded(r"((?:once|when|while|after|before|until|as soon as|if|unless)\s[^,]{1,60}),\s*(.*)"),
+     r"\2 \1"),
+)  # fmt: skip
 """Orders whose object, tool or time comes first, and how they read otherwise."""
-_LABEL = re.compile(
+_LABEL = worded(
     r"(?:[\s>*_#`•\-–—→|]|<\w[^<>]*>)*"
     r"(?:\(?(?:step|action|task|move)?\s*#?\d{1,3}(?:\.\d{1,3})*\s*[.):\-–]+[\s*_]*"
     r"|(?:step|action|move|task)\s*\d*\s*[.):\-–]+(?!>|(?<=[a-z]-)\w)[\s*_]*"
     r"|\(?[a-z][.)]\s|\[(?:(?:step|action|task)\s*\d*|[ x]|\d{1,3})\]\s|[①-⑳❶-❿Ⅰ-ⅻ]\.?"
-    r"|[\s>*_#`•])*",
-    re.IGNORECASE,
-)
-_SUBJECT = re.compile(
-    r"(?:(?:i|you|we|the\s+robot|robot|it|he|she|they|the\s+agent|let's|let\s+us)"
-    r"(?:['’](?:ll|m|d))?\s+(?:(?:will|would|should|must|can|shall|may|might|could|also|need\s+to"
-    r"|have\s+to|has\s+to|want\s+to|start\s+by|begin\s+by|suggest|recommend"
-    r"|needs\s+to|am\s+going\s+to|is\s+going\s+to|are\s+going\s+to|now|then|first|next|finally)\s+)*"
-    r"|let's\s+|let\s+(?:us|me)\s+|please\s+|(?:make\s+sure|remember|be\s+sure|try)\s+to\s+"
-    r"|(?:start|begin)(?:\s+(?:off|out))?\s+(?:by|with)\s+|make\s+sure\s+(?:that\s+)?you\s+"
-    r"|(?:do\s+not|don['’]t)\s+forget\s+to\s+|optional(?:ly)?\b[,:]?\s*)",
-    re.IGNORECASE,
+    r"|[\s>*_#`•])*"
 )
 _LEADS = (
-    re.compile(
-        r"(?:first(?:ly)?|then|next|finally|lastly|now|after\s+that|afterwards|and)\b[,:]?\s+", re.I
+    worded(r"(?:first(?:ly)?|then|next|finally|lastly|now|after that|afterwards|and)\b[,:]? "),
+    worded(
+        r"(?:(?:i|you|we|the robot|robot|it|he|she|they|the agent|let's|let us)(?:'(?:ll|m|d))? "
+        r"(?:(?:will|would|should|must|can|shall|may|might|could|also|(?:needs?|have|has|want) to"
+        r"|start by|begin by|suggest|recommend|(?:am|is|are) going to|now|then|first|next|finally"
+        r") )*|let's |let (?:us|me) |please |(?:make sure|remember|be sure|try) to "
+        r"|(?:start|begin)(?: (?:off|out))? (?:by|with) |make sure (?:that )?you "
+        r"|(?:do not|don't) forget to |optional(?:ly)?\b[,:]?\s*)"
     ),
-    _SUBJECT,
 )
-_NEGATED = re.compile(r"(?:please\s+)?(?:do\s+not|don['’]t|never|avoid|without)\b", re.IGNORECASE)
-OPTIONAL = re.compile(
-    r"\W*(optional(?:ly)?\b|(?:you|i|we|one)\s+(?:may|might|could)\b)", re.IGNORECASE
-)
-OPEN = re.compile(
-    r"\W*(?:(?:\.\.\.|…)\W*|(?:and\s+)?(?:so\s+on|etc)\b.*"
-    r"|(?:then\s+|and\s+)?(?:(?:(?:do|repeat|perform)\s+)?(?:(?:the\s+)?same\b(?!\s+time)|repeat\b"
-    r"|continue\b|likewise\b|similarly\b|ditto\b|again\W*$)"
-    rf"|(?:do|perform)\s+(?:this|that|it|so|them|these|all)\b.*?(?:\bagain\b|{TIMES}|{UNCOUNTED})"
-    r"|(?:go|return|jump|loop)\s+(?:back\s+)?to\s+(?:the\s+)?(?:step|start|beginning)\b|start\s+over\b).*)",
-    re.IGNORECASE | re.DOTALL,
+_NEGATED = worded(r"(?:please )?(?:do not|don't|never|avoid|without)\b")
+OPTIONAL = worded(r"\W*(optional(?:ly)?\b|(?:you|i|we|one) (?:may|might|could)\b)")
+OPEN = worded(
+    r"\W*(?:(?:\.\.\.|…)\W*|(?:and )?(?:so on|etc)\b.*"
+    r"|(?:then |and )?(?:(?:(?:do|repeat|perform) )?"
+    r"(?:(?:the )?same\b(?! time)|(?:repeat|continue|likewise|similarly|ditto)\b|again\W*$)"
+    rf"|(?:do|perform) (?:this|that|it|so|them|these|all)\b.*?(?:\bagain\b|{TIMES}|{UNCOUNTED})"
+    r"|(?:go|return|jump|loop) (?:back )?to (?:the )?(?:step|start|beginning)\b|start over\b).*)",
+    re.DOTALL,
 )
 """What stands for steps that are not written out."""
-CLOSED = re.compile(
-    r"\W*(?:(?:serve\s+and\s+)?enjoy\b.*|done|finished|end|stop|complete[d]?|finish|that['’]s\s+(?:it|all)"
-    r"|(?:the\s+)?task\s+(?:is\s+)?(?:done|complete[d]?|finished))\W*",
-    re.IGNORECASE,
+CLOSED = worded(
+    r"\W*(?:(?:serve and )?enjoy\b.*|done|finished|end|stop|complete[d]?|finish|that's (?:it|all)"
+    r"|(?:the )?task (?:is )?(?:done|complete[d]?|finished))\W*"
 )
 """What ends a plan."""
 

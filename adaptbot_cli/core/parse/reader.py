@@ -23,9 +23,8 @@ _LOOK = 300
 
 _FENCE = re.compile(r"[\s>]*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})([^`(\"]*)\Z")
 _PREFIX = re.compile(rf"[\s>|]*(?:(?:[-*+•·–—]|\#{{1,6}})\s+|{calls.MARK}(?<=\s))*[*`]*")
-_MARKED = re.compile(
-    rf"[\s>|]*(?:[-*+•·–—◦▪→✓✔✅☐]\s+)*(?:{calls.MARK}|\**(?:(?:step|action)\s*#?\d*|task\s*#?\d+)\s*[.:)\-–]|[-*+•·–—◦▪→✓✔✅☐]\s)",
-    re.IGNORECASE,
+_MARKED = calls.worded(
+    rf"[\s>|]*(?:[-*+•·–—◦▪→✓✔✅☐]\s+)*(?:{calls.MARK}|\**(?:(?:step|action)\s*#?\d*|task\s*#?\d+)\s*[.:)\-–]|[-*+•·–—◦▪→✓✔✅☐]\s)"
 )
 _COMMENT = re.compile(r"(?:\A|(?<=[\s);`.,]))(?:#(?!\d)|//)")
 _SILENT = re.compile(
@@ -38,13 +37,10 @@ _SENTENCE = re.compile(
 )
 _HEADING = re.compile(r"[\s>]*#|.*:[\s*_]*\Z|[\W\d]*(?:\*\*|__).*(?:\*\*|__)\s*\Z")
 _ATTEMPT = re.compile(r"[a-z]+_\w+(?:\[|\s+[\"“'‘])")
-_AND_SO_ON = re.compile(
-    r"(?:\b(?:repeat|same)\b.*\b(?:for|with)\b|\b(?:and so on|etc)\b)|^\W*(?:\.\.\.|…)\W*$",
-    re.IGNORECASE,
+_AND_SO_ON = calls.worded(
+    r"\b(?:repeat|same)\b.*\b(?:for|with)\b|\b(?:and so on|etc)\b|^\W*(?:\.\.\.|…)\W*$"
 )
-_GOES_ON = re.compile(
-    r"[\s,;.`*]*(?=(?:and|then|next|finally)\b)|[\s`*]*[.;]\s+(?=[A-Za-z])", re.IGNORECASE
-)
+_GOES_ON = calls.worded(r"[\s,;.`*]*(?=(?:and|then|next|finally)\b)|[\s`*]*[.;] (?=[a-z])")
 _RECEIVER = re.compile(r"(\w+)[^\S\n]*=[^\S\n]*\Z")
 _TIME = re.compile(
     r"\s*\)?\s*,\s*(\d{1,6})\s*\)\.?|\s*(?:,[^()\n]{0,40})?\)(?=\s*[.,;]|\s*\Z|\s+\w+\()|(?=\])\]?\)\.?"

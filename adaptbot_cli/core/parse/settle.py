@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import takewhile
 
 from adaptbot_cli.core.english import PRONOUNS, REPETITIONS, count_of
-from adaptbot_cli.core.parse.calls import GAP, LEFT_OUT, PROSE, SAID, Item, shown
+from adaptbot_cli.core.parse.calls import GAP, LEFT_OUT, PROSE, SAID, Item, shown, worded
 from adaptbot_cli.core.parse.phrases import (
     ARROW,
     ASIDE,
@@ -28,13 +28,12 @@ _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
 _BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
 """A row of a plan without marks: a few words, no sentence."""
 _SENTENCE = re.compile(r"(?<=[.!])\s+(?=\(?[A-Z\"“`])|(?<=;)\s+|</\w+>\s*(?=<)")
-_THE = re.compile(r"\w+\s+(?:the|a|an)\s+\w", re.IGNORECASE)
-_NO_STEPS = re.compile(
+_THE = worded(r"\w+ (?:the|a|an) \w")
+_NO_STEPS = worded(
     r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*"
-    r"|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?|"
-    r"requirements?|you(?:\s+will|'ll)?\s+need|explanation|reason\w*|rationale|goals?|summary|result|"
-    r"preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60})$",
-    re.IGNORECASE,
+    r"|(?:ingredients|tools?|utensils|equipment|materials|objects|items|notes?|tips?|assumptions?"
+    r"|requirements?|you(?: will|'ll)? need|explanation|reason\w*|rationale|goals?|summary|result"
+    r"|preconditions?|constraints?|safety|warnings?|expected|why|known|available|allowed)\b.{0,60})$"
 )
 
 

@@ -49,12 +49,11 @@ _JSON = re.compile(
 )
 _WORDS = (PROSE, SAID)
 _BEFORE_MAP = re.compile(r"([^\W\d]\w*):?[ ]?\Z")
-_NUMBERED = re.compile(r"(?:step|action)?[\s_#-]*\d{1,3}", re.IGNORECASE)
+_NUMBERED = calls.worded(r"(?:step|action)?[\s_#-]*\d{1,3}")
 _SHAPED = re.compile(r"[^\W\d]\w*(?:[_-]|(?<=[a-z])(?=[A-Z]))\w+|[A-Z]{3,}")
-_OPEN = re.compile(
+_OPEN = calls.worded(
     r"<(invoke|function_call|function|tool_call|tool_use|tool|call|action|step)\b"
-    r"(?:=([\w.]+)|([^<>]*?))\s*(/?)>",
-    re.IGNORECASE,
+    r"(?:=([\w.]+)|([^<>]*?))\s*(/?)>"
 )
 _ANY_TAG = re.compile(r"<([^\W\d]\w*)(?:=([\w.]+)|(\s[^<>]*?))\s*(/)>")
 """A tag that may be an action itself, as in a behaviour tree."""
@@ -78,14 +77,12 @@ _BRACKETS = re.compile(
     rf"[\s,;.]*(?:\[[\d.]+\])?\s*(?:\(?({TIMES})\)?)?\s*(?:\||\Z)"
 )
 _ATOM = re.compile(r"\(\s*([A-Za-z][\w-]*)((?:\s+[\w.?-]+)*)\s*\)")
-_PDDL = re.compile(
+_PDDL = calls.worded(
     r"((?:(?:step|time)?\s*\d+(?:\.\d+)?\s*:\s*)?)((?:\(\s*[A-Za-z][\w-]*(?:\s+[\w.?-]+)+\s*\)\s*)+)"
-    r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?",
-    re.IGNORECASE,
+    r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?"
 )
-_IN_ORDER = re.compile(
-    r"(?:[\s():,;]|->|→|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*",
-    re.IGNORECASE,
+_IN_ORDER = calls.worded(
+    r"(?:[\s():,;]|->|→|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*"
 )
 """What may stand around steps that come one after the other."""
 
