@@ -47,7 +47,10 @@ _KEYED = re.compile(rf"(?:{'|'.join(REPETITIONS)}|for_?each|while|until|if|unles
 """A key of a structure that says how often, or when, the steps beside it are done."""
 _LOOP = calls.worded(r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)* in\b|(?:each|every|all)\b|\()")
 _THEN = calls.worded(r"\bthen\b:?")
-_MARKS = re.compile(r"\"[^\"]*+\"|(?<!\w)'[^']*+'|[()\[\]:,]")
+_MARKS = re.compile(
+    r"\"[^\"]*+\"|(?<!\w)'[^']*+'|\((?:[^()\n]|\([^()\n]*+\))*+\)|\[(?:[^\[\]\n]|\[[^\[\]\n]*+\])*+\]|([:,])"
+)
+"""A colon or a comma, unless it stands in quotes or brackets."""
 _SENTENCE_END = re.compile(r"[.!?]\s+(?=[A-Z`])")
 
 
@@ -129,45 +132,33 @@ def _condition(text: str, match: re.Match[str], end: int, indent: int, fenced: b
     # In prose the condition ends with its sentence.
     sentence = None if fenced else _SENTENCE_END.search(text, behind, end)
     until = sentence.start() if sentence else end
-    colon, comma = _separators(text, behind, until)
+    rest = text[behind:until]
+    marks = [mark for mark in _MARKS.finditer(text, behind, until) if mark[1]]
+    colon = next((mark for mark in marks if mark[1] == ":"), None)
+    comma = next((mark for mark in marks if mark[1] == ","), None)
     # "While it boils:" is prose, and "repeat this until it is clean" rules no line below.
     code = fenced or match[1].islower() or word == "for"
-    opens = colon >= 0 or "{" in text[behind:end] or text[behind:end].rstrip().endswith(" do")
-    called = word in ("unless", "otherwise", "repeat") and text[behind : behind + 1] == "("
+    opens = colon or "{" in rest or rest.rstrip().endswith(" do")
+    called = word in ("unless", "otherwise", "repeat") and rest.startswith("(")
     branch = word in ("if", "elif", "else", "unless", "otherwise")
     loops = word != "for" or _LOOP.match(text, behind, end)
     if called or not loops or not (branch or (code and opens)):
         return None
-    comma = -1 if fenced else comma
-    then = _THEN.search(text, behind, until)
-    body = until if text.find("(", behind, until) < 0 else behind
-    if colon >= 0 and not (comma >= 0 and text.find("(", comma, colon) >= 0):
-        body = colon + 1
-    elif then and not 0 <= comma < then.start() - 1:
-        body = then.end()
-    elif word in ("else", "try", "finally"):
+    comma = None if fenced else comma
+    body = behind if "(" in rest else until
+    ends = [mark for mark in (colon, _THEN.search(text, behind, until), comma) if mark]
+    first = min(ends, key=lambda mark: mark.start(), default=None)
+    if word in ("else", "try", "finally") and not colon:
         body = behind
-    elif text[behind:until].lstrip().startswith("("):
+    elif first:
+        body = first.end()
+    elif rest.lstrip().startswith("("):
         body = calls.swallow(text, text.index("(", behind) + 1)
-    elif comma >= 0:
-        body = comma + 1
     # "If it is dirty, clean it first:" has said its piece; the lines below are the plan again.
     alone = until == end and not text[body:end].strip(" {*_`\t")
+    said = comma and comma.start() < max(body, colon.start() if colon else 0)
     head = text[match.start(1) : body].rstrip(" :,{\t")
-    block = Block(indent, "condition", head, match.start(1))
-    return block, body, until, alone and not 0 <= comma < max(body, colon)
-
-
-def _separators(text: str, start: int, end: int) -> tuple[int, int]:
-    """Find the first colon and the first comma outside quotes and brackets, -1 if there is none."""
-    depth, comma = 0, -1
-    for mark in _MARKS.finditer(text, start, end):
-        depth += (mark[0] in "([") - (mark[0] in ")]")
-        if depth == 0 and mark[0] == ",":
-            comma = mark.start() if comma < 0 else comma
-        elif depth == 0 and mark[0] == ":":
-            return mark.start(), comma
-    return -1, comma
+    return Block(indent, "condition", head, match.start(1)), body, until, alone and not said
 
 
 def read_statement(text: str, start: int, end: int, fenced: bool) -> tuple[Item | None, int]:
