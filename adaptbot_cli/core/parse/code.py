@@ -6,7 +6,7 @@ turn, and a name is what it was given to mean. Whatever depends on more is told 
 
 import ast
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
@@ -305,7 +305,14 @@ class _Steps:
         turns = args and all(names.get(arg.lstrip("*"), "") is None for arg in call.args)
         done = turns and call.action.lower() in calls.WRAPPERS and any(map(is_step, self.out))
         if function is not None and call.action not in self._stack and len(self._stack) < _DEPTH:
-            self._enter(function, item, args, names, condition)
+            self._called.add(call.action)
+            bound = _bound(function.params, args)
+            if bound is None:
+                self._add(item.fault(f"{call.action} is given more arguments than it takes"))
+                return
+            self._stack.append(call.action)
+            self.run(function.body, {**names, **bound}, condition)
+            self._stack.pop()
         elif done:
             self._add(item.told(LEFT_OUT))
         elif condition:
@@ -322,29 +329,6 @@ class _Steps:
             else:
                 self._add(replace(item, call=keyworded(call.action, args)))
 
-    def _enter(
-        self,
-        function: Block,
-        item: Item,
-        args: list[tuple[str, Any]],
-        names: dict[str, Any],
-        condition: str,
-    ) -> None:
-        """Work out the steps of a function where it is called."""
-        self._called.add(function.name)
-        # The defaults are not known, and what depends on them is told.
-        params = [p for p in function.params if p not in ("self", "robot") and args]
-        by_name = {name: value for name, value in args if name}
-        values = iter([value for name, value in args if not name])
-        inner = {**names, **dict.fromkeys(function.params)}
-        inner |= {p: by_name[p] if p in by_name else next(values, None) for p in params}
-        if next(values, item) is not item:
-            self._add(item.fault(f"{function.name} takes {len(params) or 'no'} arguments"))
-            return
-        self._stack.append(function.name)
-        self.run(function.body, inner, condition)
-        self._stack.pop()
-
     def _meant(self, arg: str, how: str, names: Mapping[str, Any]) -> Any:
         """Return what an argument stands for: a name without quotes what it was given to mean."""
         if how == "f":
@@ -353,6 +337,18 @@ class _Steps:
         for word in words:
             self.unused.pop(word, None)
         return _text(_value_of(arg, names)) if words or how == "l" else arg
+
+
+def _bound(params: Sequence[str], args: Sequence[tuple[str, Any]]) -> dict[str, Any] | None:
+    """Return what the parameters of a function stand for, None if it is given too much.
+
+    The defaults are not known, and what depends on them is told.
+    """
+    by_name = {name: value for name, value in args if name}
+    values = [value for name, value in args if not name]
+    free = [p for p in params if p not in ("self", "robot") and p not in by_name]
+    bound = {**dict.fromkeys(params), **dict(zip(free, values, strict=False))}
+    return None if len(values) > len(free) else bound | by_name
 
 
 def _text(value: Any) -> Any:

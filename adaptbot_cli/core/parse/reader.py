@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.core.parse import calls
 from adaptbot_cli.core.parse.calls import GAP, LEFT_OUT, PROSE, Item, Line, line_end
@@ -62,7 +62,10 @@ def read_text(text: str, words: Vocabulary) -> list[Item]:
             raise _ExhaustedError
 
     def read(text: str) -> list[Item]:
-        reader = _Reader(text, words, lambda part: [i for i in read(part) if i.code != GAP], spend)
+        strings = Structures(
+            text, lambda part: [i for i in read(part) if i.code != GAP], words, spend
+        )
+        reader = _Reader(text, words, spend, strings)
         try:
             reader.read()
         except _ExhaustedError:
@@ -73,29 +76,23 @@ def read_text(text: str, words: Vocabulary) -> list[Item]:
     return read(text)
 
 
+@dataclass
 class _Reader:
-    """Reads the lines of a text into the blocks below `root`; `at` is how far it has come.
+    """Reads the lines of a text into the blocks below `root`; `at` is how far it has come."""
 
-    `read` reads a string that stands in the text, `spend` bounds the effort for both.
-    """
+    _text: str
+    _words: Vocabulary
+    _spend: Callable[[int], None]
+    _structures: Structures
+    root: Block = field(default_factory=lambda: Block(-1))
+    at: int = 0
+    _line: Line = field(default_factory=Line)
+    _run: int = 0
+    _fresh: bool = False
+    _blank: bool = False
 
-    def __init__(
-        self,
-        text: str,
-        words: Vocabulary,
-        read: Callable[[str], list[Item]],
-        spend: Callable[[int], None],
-    ) -> None:
-        self.root = Block(-1)
-        self.at = 0
-        self._text = text
-        self._words = words
-        self._spend = spend
-        self._structures = Structures(text, read, words, spend)
+    def __post_init__(self) -> None:
         self._open = [self.root]
-        self._fresh = self._blank = False
-        self._line = Line()
-        self._run = 0
 
     def read(self) -> None:
         """Read every line; each is at most read once by each form."""

@@ -90,17 +90,13 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
             )
     if not calls:
         findings.insert(0, Finding("P101", _no_plan(whole, bool(findings)), line=1, column=1))
-    if left_out:
-        findings.append(_left_out([*left_out.values()], "is no call and is left out", place))
-    if answers:
-        why_not = "is left out: it is what the world answers, which is no step"
-        findings.append(_left_out(answers, why_not, place))
-    taken_back = [
-        i for i in read_text(discarded, words) if i.code not in (LEFT_OUT, PROSE, SAID, GAP)
-    ]
-    if taken_back:
-        taken_back.sort(key=lambda item: item.start)
-        findings.append(_left_out(taken_back, f"is left out: {why}", place))
+    back = [i for i in read_text(discarded, words) if i.code not in (LEFT_OUT, PROSE, SAID, GAP)]
+    for items, reason in (
+        ([*left_out.values()], "is no call and is left out"),
+        (answers, "is left out: it is what the world answers, which is no step"),
+        (sorted(back, key=lambda item: item.start), f"is left out: {why}"),
+    ):
+        findings += [_left_out(items, reason, place)] if items else []
     kept, repeated = without_repeats(calls, gaps)
     findings = sorted([*findings, *repeated], key=lambda f: (f.line or 0, f.column or 0))
     return Parsed(kept, tuple(findings))
