@@ -174,8 +174,8 @@ class _Reader:
     def _read_statement(self, start: int, content: int, end: int) -> int:
         """Read the head, the constant or the calls of a line; returns a line's end."""
         text, fenced = self._text, self._line.fenced
-        self._enter(self._line.indent)
-        head = read_head(text, content, end, self._line.indent, fenced)
+        lone = self._enter(self._line.indent)
+        head = None if lone else read_head(text, content, end, self._line.indent, fenced)
         begun = head and head[0].often and self._words.begins(head[0].head)
         if head is not None and not begun:
             block, body, until, opens = head
@@ -197,8 +197,8 @@ class _Reader:
             return line_end(text, max(after, end))
         return self._read_calls(start, content, end)
 
-    def _enter(self, indent: int) -> None:
-        """Leave the blocks that end before a line."""
+    def _enter(self, indent: int) -> bool:
+        """Leave the blocks that end before a line; tells whether one has the line alone."""
         last = self._open[-1]
         listed = self._line.marked and any(b.listed and b.indent == indent for b in self._open)
         floor = indent + 1 if listed else indent
@@ -206,9 +206,10 @@ class _Reader:
         ruling = last.kind != "frame" and not last.often
         if fresh and not self._blank and floor <= last.indent and ruling:
             # Models forget to indent. Running the body anyway would be the worse mistake.
-            return
+            return True
         while floor <= self._open[-1].indent:
             self._open.pop()
+        return False
 
     def _read_calls(self, start: int, content: int, end: int) -> int:
         """Read the calls of a line, or the line as prose; returns a line's end."""
