@@ -158,6 +158,8 @@ _BREAK = re.compile(
 )
 UNCLOSED_QUOTE = "the quote is never closed"
 NESTED = "there is a call inside the call"
+_UNCLOSED = "the parenthesis is never closed"
+_MISSING = "a comma is missing between arguments"
 
 
 def read_args(text: str, pos: int) -> Arguments:
@@ -205,38 +207,26 @@ def _gap(text: str, pos: int) -> int:
 
 def _wrong(char: str, bare: str) -> str:
     """Say what is wrong with what follows an argument, if anything is."""
-    if char in ("", "\n"):
-        return "the parenthesis is never closed"
     if char == "(":
         return NESTED if bare.isidentifier() else "there is a parenthesis inside an argument"
     if char in "[]{}":
-        return "an argument is a list or an object"
-    missing = (
-        "a quote stands inside an argument" if bare else "a comma is missing between arguments"
-    )
-    return "" if char in ",)" else missing
+        return "an argument is a list or an object" if char else _UNCLOSED
+    missing = "a quote stands inside an argument" if bare else _MISSING
+    return {",": "", ")": "", "\n": _UNCLOSED}.get(char, missing)
 
 
-_ESCAPE = re.compile(r"\\(u[0-9a-fA-F]{4}|.)")
-_ESCAPED = {"n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f"}
+_ESCAPE = re.compile(r"\\(?:u([0-9a-fA-F]{4})|(.))")
+_ESCAPED = {
+    "n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f",
+    **{mark: mark for mark in (*_CLOSING, "\\", "/")},
+}  # fmt: skip
 
 
 def unescape(written: str) -> str:
     """Undo backslash escapes as in JSON; a backslash that escapes nothing stays."""
-
-    def plain(match: re.Match[str]) -> str:
-        escaped = match[1]
-        if len(escaped) > 1:
-            return chr(int(escaped[1:], 16))
-        return (
-            escaped if escaped in _CLOSING or escaped in "\\/" else _ESCAPED.get(escaped, match[0])
-        )
-
-    if "\\" not in written:
-        return written
+    plain = _ESCAPE.sub(lambda m: chr(int(m[1], 16)) if m[1] else _ESCAPED.get(m[2], m[0]), written)
     # Two \\u escapes may be the halves of one character.
-    halves = _ESCAPE.sub(plain, written).encode("utf-16", "surrogatepass")
-    return halves.decode("utf-16", "surrogatepass")
+    return plain.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")
 
 
 # Markdown escapes the underscore: pick\_up. Some models write pick-up.
@@ -297,12 +287,11 @@ def call_name(text: str, anchor: int, floor: int, paren: int) -> tuple[int, str]
     if match is None:
         return None
     start, name = start + match.start(), match[1].replace("\\_", "_")
-    if spaced and "_" not in name and not _leads(text, anchor, start):
-        return None
+    leads = _leads(text, anchor, start)
+    fits = leads or not spaced or "_" in name
     if keyword.iskeyword(name):
-        plain = not text[paren - 1].isspace() and _leads(text, anchor, start)
-        return (start, name) if plain and ends_line(text, paren) else None
-    return start, name
+        fits = leads and not text[paren - 1].isspace() and ends_line(text, paren)
+    return (start, name) if fits else None
 
 
 def ends_line(text: str, paren: int) -> bool:
