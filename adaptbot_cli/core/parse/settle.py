@@ -96,17 +96,16 @@ class _Settling:
         parts: list[str] = []
         aside = False
         for n, item in lines:
-            no_steps = bool(_NO_STEPS.match(item.source))
-            announces = item.line.heads or item.source.rstrip().endswith(":")
-            if item.line.heads or (announces and not item.line.marked):
+            no_steps, sentences = bool(_NO_STEPS.match(item.source)), _sentences(item.source)
+            inline = len(sentences) > 1 and _INLINE.search(item.source)
+            if item.line.heads or (item.source.rstrip().endswith(":") and not item.line.marked):
                 aside = no_steps
-            if aside or (
-                no_steps and not (announces or item.line.marked or _INLINE.search(item.source))
-            ):
+            if aside or (no_steps and not (item.line.heads or item.line.marked or inline)):
                 self._aside.add(n)
                 continue
-            parts += [] if item.line.heads else [part for _, part in _sentences(item.source)]
-            lists.setdefault(self._list(item), []).append(item)
+            parts += [] if item.line.heads else [part for _, part in sentences]
+            if not self._heads(n, item):
+                lists.setdefault(self._list(item), []).append(item)
         self._plans = {
             group
             for group, found in lists.items()
