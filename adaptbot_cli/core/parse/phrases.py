@@ -193,16 +193,11 @@ class Vocabulary:
         Left out are first who does it, then what is no thing of the home, then the last.
         """
         known = self.called.get(normal(action))
-        surplus = max(0, len(args) - len(known.visible)) if known else 0
-        places = sorted(
-            range(len(args)),
-            key=lambda n: (
-                args[n].rstrip("0123456789") not in _PERSONS,
-                bool(self.is_thing(args[n])),
-                -n,
-            ),
+        does = [arg.rstrip("0123456789") in _PERSONS for arg in args]
+        order = sorted(
+            range(len(args)), key=lambda n: (not does[n], bool(self.is_thing(args[n])), -n)
         )
-        left = places[:surplus]
+        left = set(order[: max(0, len(args) - len(known.visible)) if known else 0])
         return [a for n, a in enumerate(args) if n not in left], [args[n] for n in sorted(left)]
 
     def proper(self, name: str) -> str:

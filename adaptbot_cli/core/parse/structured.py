@@ -466,7 +466,7 @@ class Structures:
                 item = Item(atom.start(), atom[0], keyworded(atom[1], [("", arg) for arg in args]))
                 found.append(item)
                 if rest:
-                    why = f"`{', '.join(rest)}` in {shown(atom[0])} is left out"
+                    why = f"{shown(', '.join(rest))} in {shown(atom[0])} is left out"
                     message = f"{why}: {atom[1]} takes at most {len(args)}."
                     found.append(item.told(LEFT_OUT, message))
                 left, at = left + text[at : atom.start()], atom.end()
