@@ -139,10 +139,9 @@ def _condition(text: str, match: re.Match[str], end: int, indent: int, fenced: b
     # "While it boils:" is prose, and "repeat this until it is clean" rules no line below.
     code = fenced or match[1].islower() or word == "for"
     opens = colon or "{" in rest or rest.rstrip().endswith(" do")
-    called = word in ("unless", "otherwise", "repeat") and rest.startswith("(")
     branch = word in ("if", "elif", "else", "unless", "otherwise")
     loops = word != "for" or _LOOP.match(text, behind, end)
-    if called or not loops or not (branch or (code and opens)):
+    if not loops or not (branch or (code and opens)):
         return None
     comma = None if fenced else comma
     body = behind if "(" in rest else until

@@ -459,8 +459,6 @@ class _ClauseReader:
         printed = all(token.written.isupper() for token in self._tokens[:-3])  # as planners do
         command = glued or printed or re.search(r"\w[_-]\w", first.word)
         phrases = self._commanded() if command else self._phrases()
-        if verbs and verb is None:
-            verb = self._without_particle(verbs, phrases)
         name = verb.name if verb else first.word
         if verbs and verb is None:  # "turn the heat down": no action is that one
             marks = [mark for mark, _ in phrases if mark]
@@ -491,12 +489,13 @@ class _ClauseReader:
         for verb in verbs:
             if len(verb.rest) == 1 and self._take_apart(verb.rest[0]):
                 return verb
-        return next((verb for verb in verbs if not verb.rest), None)
+        plain = (v for v in verbs if not v.rest[1:] and _PARTICLES.isdisjoint(v.rest))
+        return next((verb for verb in verbs if not verb.rest), next(plain, None))
 
     def _take_apart(self, particle: str) -> bool:
         """Take a particle that stands behind its object, each time: "the stove on"."""
         n, taken, tokens = self.at + 1, False, self._tokens
-        while tokens[n - 1].word and tokens[n].word and (taken or n < self.at + 8):
+        while tokens[n - 1].word and tokens[n].word:
             word, behind = tokens[n].word, tokens[n + 1].word
             ends = not behind or behind in _JOINING | _PREPOSITIONS | _TAIL
             marks = word in _PREPOSITIONS or not behind
@@ -512,16 +511,6 @@ class _ClauseReader:
             else:
                 n += 1
         return taken
-
-    def _without_particle(self, verbs: Sequence[Verb], phrases: Phrases) -> Verb | None:
-        """Return the verb whose particle is the last preposition, or one that needs no particle."""
-        for verb in verbs:
-            if phrases[1:] and verb.rest == (phrases[-1][0],):
-                mark, nps = phrases[-1]
-                phrases[-1] = (mark if verb.at(mark, True) else "", nps)
-                return verb
-        plain = (v for v in verbs if not v.rest[1:] and _PARTICLES.isdisjoint(v.rest))
-        return next(plain, None)
 
     def _commanded(self) -> Phrases:
         """Read the arguments behind a name such as pick_up: single words, or phrases."""

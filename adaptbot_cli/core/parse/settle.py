@@ -167,14 +167,13 @@ class _Settling:
         """Yield what a line says in a text that holds no call."""
         if not self._words.names or n in self._aside:
             return
-        inline = len(_INLINE.findall(item.source)) > 1
-        if self._heads(n, item) and not inline:
+        if self._heads(n, item):
             # What it stands for is below; what is done besides is told of.
             if item.line.marked and self._done_besides(n, item):
                 yield item.told(LEFT_OUT)
             return
         begins = self._begins(item)
-        steps = self._list(item) in self._plans or (inline and begins)
+        steps = self._list(item) in self._plans
         if steps or self._prose or (self._plans and OPEN.fullmatch(item.source)):
             yield from self.steps(item, steps)
         elif (begins or is_negated(item.source)) and self._plans and not item.line.heads:
