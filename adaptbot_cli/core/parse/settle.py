@@ -7,17 +7,9 @@ from dataclasses import replace
 from itertools import takewhile
 
 from adaptbot_cli.core.english import PRONOUNS, REPETITIONS, count_of
+from adaptbot_cli.core.parse import phrases
 from adaptbot_cli.core.parse.calls import GAP, LEFT_OUT, PROSE, SAID, Item, shown, worded
-from adaptbot_cli.core.parse.phrases import (
-    ARROW,
-    ASIDE,
-    CLOSED,
-    OPEN,
-    OPTIONAL,
-    Vocabulary,
-    is_negated,
-    label_end,
-)
+from adaptbot_cli.core.parse.phrases import CLOSED, OPEN, Vocabulary
 from adaptbot_cli.core.plan import Call, keyworded
 
 _MOST_TIMES = 50
@@ -55,7 +47,7 @@ def settled(items: Sequence[Item], words: Vocabulary) -> Iterator[Item]:
 
 def _sentences(source: str) -> list[tuple[int, str]]:
     """Return the sentences of a line, and the items of a list that stands in one line."""
-    lead = label_end(source)
+    lead = phrases.label_end(source)
     marks = list(_INLINE.finditer(source, lead))
     first = int(marks[0][1]) if marks else 0
     if first in (1, 2) and [int(m[1]) for m in marks] == [*range(first, len(marks) + first)]:
@@ -141,10 +133,10 @@ class _Settling:
                 why = f"{shown(sentence)} stands for steps that are not written out: write each."
                 yield part.told("P103", why)
                 continue
-            if is_negated(sentence):
+            if phrases.is_negated(sentence):
                 yield part.told("P106", f"{shown(sentence)} is not to be done, so it is no step.")
                 continue
-            optional, aside = OPTIONAL.match(sentence), ASIDE.search(sentence)
+            optional, aside = phrases.OPTIONAL.match(sentence), phrases.ASIDE.search(sentence)
             known = self._words.begins(sentence)
             fits = known or (unknown and ((marked and not number) or self._words.shaped(sentence)))
             clauses = self._words.read(sentence, unknown, self._before) if fits else []
@@ -176,7 +168,7 @@ class _Settling:
         steps = self._list(item) in self._plans
         if steps or self._prose or (self._plans and OPEN.fullmatch(item.source)):
             yield from self.steps(item, steps)
-        elif (begins or is_negated(item.source)) and self._plans and not item.line.heads:
+        elif (begins or phrases.is_negated(item.source)) and self._plans and not item.line.heads:
             yield from self.steps(item, False, unknown=False)
         elif item.message and begins:
             yield from self.steps(item, False)
@@ -190,7 +182,7 @@ class _Settling:
         sibling = of.marked and (of.group, of.indent) in self._called
         begins = any(
             self._words.begins(s)
-            or ((sibling or ARROW.search(s)) and self._words.shaped(s))
+            or ((sibling or phrases.ARROW.search(s)) and self._words.shaped(s))
             for _, s in _sentences(item.source)
         )  # fmt: skip
         headed = of.heads or self._heads(n, item)
@@ -200,7 +192,7 @@ class _Settling:
             yield from self.steps(item, False)
         elif among and begins and self._describes(item, near):
             yield from [item.told(LEFT_OUT)] * (len(near) > 1)
-        elif among and (begins or is_open or is_negated(item.source)):
+        elif among and (begins or is_open or phrases.is_negated(item.source)):
             yield from self.steps(item, begins)
         elif headed or CLOSED.fullmatch(item.source):
             return

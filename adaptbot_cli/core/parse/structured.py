@@ -92,8 +92,9 @@ Found = tuple[list[Item], int]
 
 @dataclass(slots=True)
 class Structures:
-    """Reads the steps in the structures of a text; what reads a text that stands in
-    one and what bounds the effort are given.
+    """Reads the steps in the structures of a text.
+
+    `_string_items` reads a text that stands in one, `_spend` bounds the effort.
     """
 
     _text: str
