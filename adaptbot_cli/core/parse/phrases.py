@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import groupby, takewhile
 
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.english import PRONOUNS, TIMES, UNCOUNTED, count_of
@@ -48,6 +49,8 @@ _PARTICLES = _ADVERBS | _PREPOSITIONS
 _NEXT = frozenset({";", "then", "finally", "next", "afterwards", "lastly"})
 _PLURAL = frozenset({"them", "these", "those", "both", "all"})
 """Pronouns that stand for all things that the steps before were about."""
+_SEVERAL = re.compile(r"[^s]s\Z|\A\d")
+"""What a name of several things looks like: "eggs", "2 eggs"."""
 _ENDS = _NEXT - {"next"} | {",", "&", "and", "×"}
 _NO_VERBS = _STATES | _DETERMINERS | _PREPOSITIONS | _ADVERBS | _TAIL | PRONOUNS | _PERSONS
 _ARTICLES = frozenset({"a", "an", "the", "your", "my"})
@@ -630,22 +633,30 @@ class _ClauseReader:
         if set(words) <= _PLURAL:
             return self._them() or [" ".join(p.written for p in kept)]
         if len(kept) == 1 and words[0] in PRONOUNS:
-            # It stands for nothing that the clause names too.
-            named = (of for _, of in self._before[:_LOOK_BACK] if of and not {*of} & {*self._said})
-            return list(next(named, words))
+            return next((of for _, of in self._referents()[:_LOOK_BACK]), words)
         text = [_NUMBERS.get(kept[0].word, kept[0].written), *(p.written for p in kept[1:])]
         self._said.append(" ".join(text))
         return self._said[-1:]
 
+    def _referents(self) -> list[tuple[str, list[str]]]:
+        """Return what the steps before did and with what, without what this clause names too."""
+        behind = takewhile(
+            lambda token: token.word not in _JOINING, self._tokens[self.at : self.at + 20]
+        )
+        said = f" {' '.join([*self._said, *(token.written for token in behind)])} ".lower()
+        named = ((act, [n for n in of if f" {n.lower()} " not in said]) for act, of in self._before)
+        return [(act, of) for act, of in named if of]
+
     def _them(self) -> list[str]:
-        """Return all things that the last step was about, or steps of the same action before."""
-        named = [(act, of) for act, of in self._before if of and not {*of} & {*self._said}]
-        found: list[str] = []
-        for act, of in named:
-            if found and (act != named[0][0] or len(named[0][1]) > 1 or found[0][-1:] == "s"):
-                break
-            found = [*of, *found]
-        return list(dict.fromkeys(found))
+        """Return the things that the step before was about, or steps of one action in a row.
+
+        The nearest that are several; if none are, what the step before was about.
+        """
+        before = self._referents()
+        runs = [[*run][::-1] for _, run in groupby(before, key=lambda step: step[0])]
+        named = [[name for _, of in steps for name in of] for steps in (before[:1], *runs)]
+        several = (names for names in named if len(names) > 1 or _SEVERAL.search(names[0]))
+        return list(dict.fromkeys(next(several, named[0]))) if before else []
 
     def _calls(
         self, name: str, verb: Verb | None, objects: list[str], phrases: Phrases
