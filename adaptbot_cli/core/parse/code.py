@@ -82,10 +82,7 @@ class Block:
     def items(self) -> Iterator[Item]:
         """Yield all items within, in the order written."""
         for entry in self.body:
-            if isinstance(entry, Block):
-                yield from entry.items()
-            else:
-                yield entry
+            yield from entry.items() if isinstance(entry, Block) else (entry,)
 
     def steps(self) -> int:
         """Count the calls and the lines that may be steps in words."""

@@ -156,10 +156,9 @@ def _without_discarded(text: str) -> tuple[str, str, str]:
 def _in_time(items: Iterable[Item]) -> list[Item]:
     """Return items with the atoms of a logic program in the order of their times."""
     items = list(items)
-    timed = [n for n, item in enumerate(items) if item.call is not None and item.time >= 0]
-    for n, item in zip(timed, sorted((items[n] for n in timed), key=lambda i: i.time), strict=True):
-        items[n] = item
-    return items
+    timed = sorted((item for item in items if item.call and item.time >= 0), key=lambda i: i.time)
+    later = iter(timed)
+    return [next(later) if item.call and item.time >= 0 else item for item in items]
 
 
 def _places(text: str) -> Callable[[Item], tuple[int, int]]:
