@@ -15,8 +15,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.findings import CODES
-from adaptbot_cli.core.parse import parse
+from adaptbot_cli.core.parse import Vocabulary, parse
+from adaptbot_cli.resources import bundled
 
 BUILT_IN = [
     '### Plan\n```python\npick_up_obj("egg", "updated_onto.ttl") # the egg\nwait(5)\n```\nDone.',
@@ -25,11 +27,16 @@ BUILT_IN = [
     'Here: [{"action": "slice", "args": ["onion", "knife"]}, {"action": "wait", "args": [5]}]',
     '<tool_call>{"name": "fry", "arguments": {"obj": "egg"}}</tool_call>\n',
     'clean("a")\nclean("b")\nwait(1)\nwait(2)\nwait(3)\n\nRecap:\nclean("a")\nwait(1)\nwait(2)\n',
+    "1. Take the egg and the pan.\n2. Put both on the stove, then turn it on.\n3. Wash them twice.",
+    "> take egg 1 from fridge 1\nYou pick up the egg 1 from the fridge 1.\n> wait 1\nOK.",
+    "(pick-up robot1 egg kitchen)\n(seq (put-down egg pan) (fry egg pan))",
+    "- action: pick_up\n  object: egg\n- repeat: 2\n  steps:\n    - stir: pot\n",
 ]
 PIECES = [
     "(", ")", '"', "'", "`", "```", "\n", "\r", ",", ";", "#", "//", "[", "]", "{", "}", ":", "=",
     "if x:", "else:", "for a in b:", " then ", "\\", "“", "’", "\x00", "\ud800", "é", "\u2028",
     "    ", "- ", "12. ", ".ttl", "wait(5)", 'fry("egg")', "recap:", '{"action":', "😀",
+    "> ", "You see ", " them ", " twice", "(pick-up ", "Observation: ", "| a |", "- take: ", "->",
 ]  # fmt: skip
 
 
@@ -65,10 +72,10 @@ def double(text: str, rng: random.Random) -> str:
 MUTATIONS: list[Callable[[str, random.Random], str]] = [cut, put, put, swap, double]
 
 
-def check(text: str) -> None:
-    """Assert what holds of every text."""
+def check(text: str, words: Vocabulary) -> None:
+    """Assert what holds of every text, whatever the words are."""
     start = time.process_time()
-    parsed = parse(text)
+    parsed = parse(text, words)
     assert time.process_time() - start < 1 + len(text) / 1e6, "too slow"
     rows = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     places = [(written.line, written.column) for written in parsed.calls]
@@ -81,7 +88,7 @@ def check(text: str) -> None:
         assert 1 <= column <= len(rows[line - 1]) + 1, (line, column)
     assert parsed.calls or parsed.findings
     for written in parsed.calls:
-        again = parse(written.call.render()).calls
+        again = parse(written.call.render(), words).calls
         odd = not written.call.action.isidentifier() or not "".join(written.call.args).isprintable()
         assert odd or [w.call for w in again] == [written.call], written
 
@@ -105,6 +112,7 @@ def main() -> int:
     options = parser.parse_args()
     rng = random.Random(options.seed)
     corpus = texts(options.published)
+    kitchen = Vocabulary.of(load_kg(read_files(bundled("kg") / "kitchen"), "kitchen"))
     end = time.monotonic() + options.seconds
     tried = 0
     while time.monotonic() < end:
@@ -112,7 +120,7 @@ def main() -> int:
         for _ in range(rng.randrange(1, 6)):
             text = rng.choice(MUTATIONS)(text, rng)
         try:
-            check(text)
+            check(text, rng.choice([Vocabulary(), kitchen]))
         except Exception as problem:
             print(f"broken after {tried} texts: {problem!r}\n{text!r}")
             return 1

@@ -3,7 +3,7 @@
 import keyword
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from adaptbot_cli.core.english import TIMES, UNCOUNTED, count_of
 from adaptbot_cli.core.plan import Call
@@ -12,34 +12,39 @@ SHOWN = 60
 """How many characters of a source a message quotes."""
 LEFT_OUT = "P105"
 """The code of an item that is a line of prose among the calls."""
+BIND, RETURN, JUMP, PROSE, SAID, GAP = "bind", "return", "jump", "prose", "said", "gap"
+"""Codes of items that are no calls: a name given a value, the end of a function, a way out of a
+loop, a line of prose, a string that may be a step in words, and what stands between calls."""
 
 _NAME_LIMIT = 100
 _MOST_ARGS = 500
+_MOST_TIMES = 50
+_LOOK = 60
+_LONG = 300
+_LOOK_BACK = 160
 _CLOSING = {
     '"': '"', "'": "'", "`": "`", "‘": "’'", "’": "’'",
     "“": '”"“', "”": '”"', "„": '“”"', "«": "»",
 }  # fmt: skip
-_APOSTROPHES = "'’"
-# Markdown escapes the underscore: pick\_up. Some models write pick-up.
-_NAME = re.compile(r"(?<!\w)(?:[^\W\d]\w*\.)*((?:[^\W\d]|\\_)(?:\w|\\_|-(?=[^\W\d]))*)\Z")
-_SPACE = re.compile(r"[^\S\n]*(?:(?:#|//)[^\n]*)?")
-_KEYWORD = re.compile(
-    r"([^\W\d]\w{0,80})[^\S\n]*(?:=(?!=)|:(?=[^\S\n]*[\"'“‘`]))[^\S\n]*",
-)
-_STRING_PREFIX = re.compile(r"[fFrRbBuU]{1,2}(?=[\"'])")
-_BARE = re.compile(r"[^,()\"“”„«»`\n\[\]{}]*")
-_LITERAL = re.compile(r"\[[^\[\](){}\n]*\]|\{[^\[\](){}\n]*\}")
-_ESCAPE = re.compile(r"\\(u[0-9a-fA-F]{4}|.)")
-_ESCAPED = {"n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f"}
 
-# A line that a call cannot run on into: a blank one, a fence, or the next call.
-_BREAK = re.compile(
-    r"[^\S\n]*(?:\n|\Z|```|~~~|(?:[-*+•][^\S\n]+|\d+[.)][^\S\n]*)?[`*]*[^\W\d][\w.]{0,80}\()"
-)
 
-_UNCLOSED = "the parenthesis is never closed"
-UNCLOSED_QUOTE = "the quote is never closed"
-NESTED = "there is a call inside the call"
+@dataclass(frozen=True, slots=True)
+class Line:
+    """What kind of line an item stands in.
+
+    `marked` tells that it is an item of a list, `heads` that it announces what comes below;
+    `group` numbers the lists, `run` the lines that no blank line parts; `block` is where the head
+    stands that it is under, `number` the item's own, -1 if it has none.
+    """
+
+    marked: bool = False
+    heads: bool = False
+    fenced: bool = False
+    indent: int = 0
+    group: int = 0
+    run: int = 0
+    block: int = 0
+    number: int = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,22 +62,50 @@ class Item:
     message: str = ""
     written: tuple[str, ...] = ()
     time: int = -1
+    line: Line = Line()
+
+    def told(self, code: str, message: str = "") -> "Item":
+        """Return what is said of this item in place of a call."""
+        return replace(self, call=None, code=code, message=message, time=-1)
+
+    def conditional(self, condition: str) -> "Item":
+        """Report a call that only runs under a condition."""
+        under = f"{shown(self.source)} is under the condition {shown(condition)}"
+        return self.told("P103", f"{under}: only plain calls are run.")
+
+    def fault(self, why: str) -> "Item":
+        """Report a call that cannot be read."""
+        return self.told("P102", f"{shown(self.source)} cannot be read: {why}.")
 
 
 @dataclass(frozen=True, slots=True)
-class ArgumentList:
-    """The arguments behind a parenthesis. `error` says what broke off the reading at `end`."""
+class Arguments:
+    """The arguments behind a parenthesis: of each its keyword, itself, and how it is `written`.
 
-    args: tuple[str, ...]
+    `error` says what broke off the reading at `end`.
+    """
+
+    found: tuple[tuple[str, str, str], ...]
     end: int
     quoted: bool
     error: str = ""
-    names: tuple[str, ...] = ()
-    written: tuple[str, ...] = ()
 
-    def named(self) -> tuple[tuple[str, str], ...]:
-        """Return each argument behind its keyword, or behind "" if it has none."""
-        return tuple(zip(self.names, self.args, strict=True))
+    @property
+    def args(self) -> tuple[str, ...]:
+        """The arguments alone."""
+        return tuple(arg for _, arg, _ in self.found)
+
+
+def read_table(written: str) -> dict[str, tuple[str, ...]]:
+    """Read a table of words: rows such as `name: words`, which lines that are indented go on."""
+    rows = re.findall(r"^(\w+):((?:.|\n )*)", written, re.MULTILINE)
+    return {name: tuple(words.split()) for name, words in rows}
+
+
+def worded(pattern: str, flags: int = 0) -> re.Pattern[str]:
+    """Compile a pattern of words in any case; a space stands for white space, ' for ’ as well."""
+    spaced = re.sub(r"(?<!\[) (?!\])", r"\\s+", pattern.replace("'", "['’]"))
+    return re.compile(spaced, re.IGNORECASE | flags)
 
 
 def shown(source: str) -> str:
@@ -82,68 +115,9 @@ def shown(source: str) -> str:
     return f"`{safe if len(safe) <= SHOWN else safe[: SHOWN - 3] + '...'}`"
 
 
-def conditional(start: int, source: str, condition: str) -> Item:
-    """Report a call that only runs under a condition."""
-    message = (
-        f"{shown(source)} is under the condition {shown(condition)}: only plain calls are run."
-    )
-    return Item(start, source, code="P103", message=message)
-
-
-def negated(start: int, source: str, negation: str) -> Item:
-    """Report a call that a sentence says is not to be run."""
-    message = f"{shown(source)} is behind {shown(negation)}: it is not to be run, so it is no step."
-    return Item(start, source, code="P106", message=message)
-
-
-def fault(start: int, source: str, why: str) -> Item:
-    """Report a call that cannot be read."""
-    return Item(start, source, code="P102", message=f"{shown(source)} cannot be read: {why}.")
-
-
-def name_before(text: str, paren: int, floor: int) -> tuple[int, str] | None:
-    """Find the action's name that ends at `paren`, not looking further back than `floor`.
-
-    Returns where it is written and the name: `robot.slice(` is `slice`, written from `robot`.
-    """
-    start = max(floor, paren - _NAME_LIMIT)
-    match = _NAME.search(text[start:paren])
-    if match is None:
-        return None
-    return start + match.start(), match[1].replace("\\_", "_")
-
-
 def kept(named: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
     """Return the arguments that say anything: ontology files are plumbing of the prompt."""
     return [(name, arg) for name, arg in named if arg and not arg.lower().endswith(".ttl")]
-
-
-def read_args(text: str, pos: int) -> ArgumentList:
-    """Read the arguments from behind an opening parenthesis up to its closing one.
-
-    Never reads past the next parenthesis, quotes aside, that it does not understand.
-    """
-    args: list[tuple[str, str, str]] = []
-    quoted = False
-    for _ in range(_MOST_ARGS):
-        pos = _gap(text, pos)
-        char = text[pos : pos + 1]
-        if char == ")":
-            found = [arg for arg in args if kept([arg[:2]])]
-            names, values, written = zip(*found, strict=True) if found else ((), (), ())
-            return ArgumentList(values, pos + 1, quoted, names=names, written=written)
-        if char == ",":
-            pos += 1
-            continue
-        if char in ("", "\n"):
-            return ArgumentList((), pos, quoted, _UNCLOSED)
-        arg = _argument(text, pos)
-        quoted = quoted or arg.quoted
-        if arg.error:
-            return ArgumentList((), arg.end, quoted, arg.error)
-        args.append((*arg.named()[0], arg.written[0]))
-        pos = arg.end
-    return ArgumentList((), pos, quoted, "it has hundreds of arguments")
 
 
 def line_end(text: str, pos: int) -> int:
@@ -161,6 +135,66 @@ def swallow(text: str, pos: int) -> int:
     return pos
 
 
+def _string(opening: str) -> re.Pattern[str]:
+    """Build the pattern of a string. An apostrophe before a letter closes nothing."""
+    closing = _CLOSING[opening]
+    plain, inside, ends = rf"[^\\\n{closing}]*+", r"\\.", f"[{closing}]"
+    if closing[-1] in "'’":
+        inside += rf"|{ends}(?=\w)"
+        ends += r"(?!\w)"
+    return re.compile(rf"{re.escape(opening)}({plain}(?:(?:{inside}){plain})*){ends}")
+
+
+_STRINGS = {opening: _string(opening) for opening in _CLOSING}
+_SPACE = re.compile(r"[^\S\n]*(?:(?:#|//)[^\n]*)?")
+_KEYWORD = re.compile(
+    r"(?:([^\W\d]\w{0,80})[^\S\n]*(?:=(?!=)|:(?=[^\S\n]*[\"'“‘`]))[^\S\n]*)?"
+    r"([fFrRbBuU]{1,2}(?=[\"']))?"
+)
+_PLAIN = re.compile(r"(\[[^\[\](){}\n]*\]|\{[^\[\](){}\n]*\})|[^,()\"“”„«»`\n\[\]{}]*")
+# A line that a call cannot run on into: a blank one, a fence, or the next call.
+_BREAK = re.compile(
+    r"[^\S\n]*(?:\n|\Z|```|~~~|(?:[-*+•][^\S\n]+|\d+[.)][^\S\n]*)?[`*]*[^\W\d][\w.]{0,80}\()"
+)
+UNCLOSED_QUOTE = "the quote is never closed"
+NESTED = "there is a call inside the call"
+_UNCLOSED = "the parenthesis is never closed"
+_MISSING = "a comma is missing between arguments"
+
+
+def read_args(text: str, pos: int) -> Arguments:
+    """Read the arguments from behind an opening parenthesis up to its closing one.
+
+    Never reads past the next parenthesis, quotes aside, that it does not understand.
+    """
+    found: list[tuple[str, str, str]] = []
+    quoted = False
+    for _ in range(_MOST_ARGS):
+        pos = _gap(text, pos)
+        if text[pos : pos + 1] == ")":
+            return Arguments(tuple(arg for arg in found if kept([arg[:2]])), pos + 1, quoted)
+        if text[pos : pos + 1] == ",":
+            pos += 1
+            continue
+        head = _KEYWORD.match(text, pos)
+        name, prefix, pos = (head[1] or "", head[2] or "", head.end()) if head else ("", "", pos)
+        string = _STRINGS.get(text[pos : pos + 1])
+        quoted = quoted or string is not None
+        match = (string or _PLAIN).match(text, pos)
+        if match is None:
+            return Arguments((), pos, quoted, UNCLOSED_QUOTE)
+        pos = match.end()
+        if string:
+            found.append((name, unescape(match[1]).strip(), "f" if "f" in prefix.lower() else ""))
+        else:
+            found.append((name, match[0].strip(), "l" if match[1] else "n"))
+        at = _gap(text, pos)
+        error = _wrong(text[at : at + 1], "" if string else match[0].strip())
+        if error:
+            return Arguments((), pos, quoted, error)
+    return Arguments((), pos, quoted, "it has hundreds of arguments")
+
+
 def _gap(text: str, pos: int) -> int:
     """Skip space, comments and the line breaks that a call may hold."""
     while True:
@@ -171,89 +205,41 @@ def _gap(text: str, pos: int) -> int:
         pos += 1
 
 
-def _argument(text: str, pos: int) -> ArgumentList:
-    named = _KEYWORD.match(text, pos)
-    pos = named.end() if named else pos
-    names = (named[1] if named else "",)
-    prefix = _STRING_PREFIX.match(text, pos)
-    pos = prefix.end() if prefix else pos
-    if text[pos : pos + 1] in _CLOSING:
-        return _quoted(text, pos, names, "f" if prefix and "f" in prefix[0].lower() else "")
-    literal = _LITERAL.match(text, pos)
-    match = literal or _BARE.match(text, pos)
-    end = match.end() if match else pos
-    arg = text[pos:end].strip()
-    how = "l" if literal else "n"
-    return ArgumentList((arg,), end, False, _after(text, end, arg), names, (how,))
-
-
-def _quoted(text: str, pos: int, names: tuple[str, ...], written: str) -> ArgumentList:
-    match = _STRINGS[text[pos]].match(text, pos)
-    if match is None:
-        return ArgumentList((), pos, True, UNCLOSED_QUOTE)
-    error = _after(text, match.end(), "")
-    return ArgumentList((unescape(match[1]).strip(),), match.end(), True, error, names, (written,))
-
-
-def _after(text: str, pos: int, bare: str) -> str:
+def _wrong(char: str, bare: str) -> str:
     """Say what is wrong with what follows an argument, if anything is."""
-    pos = _gap(text, pos)
-    char = text[pos : pos + 1]
-    if char in (",", ")"):
-        return ""
-    if char in ("", "\n"):
-        return _UNCLOSED
     if char == "(":
         return NESTED if bare.isidentifier() else "there is a parenthesis inside an argument"
     if char in "[]{}":
-        return "an argument is a list or an object"
-    return "a quote stands inside an argument" if bare else "a comma is missing between arguments"
+        return "an argument is a list or an object" if char else _UNCLOSED
+    missing = "a quote stands inside an argument" if bare else _MISSING
+    return {",": "", ")": "", "\n": _UNCLOSED}.get(char, missing)
+
+
+_ESCAPE = re.compile(r"\\(?:u([0-9a-fA-F]{4})|(.))")
+_ESCAPED = {
+    "n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f",
+    **{mark: mark for mark in (*_CLOSING, "\\", "/")},
+}  # fmt: skip
 
 
 def unescape(written: str) -> str:
     """Undo backslash escapes as in JSON; a backslash that escapes nothing stays."""
-    if "\\" not in written:
-        return written
-    plain = _ESCAPE.sub(_unescaped, written)
+    plain = _ESCAPE.sub(lambda m: chr(int(m[1], 16)) if m[1] else _ESCAPED.get(m[2], m[0]), written)
     # Two \\u escapes may be the halves of one character.
     return plain.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")
 
 
-def _unescaped(match: re.Match[str]) -> str:
-    escaped = match[1]
-    if len(escaped) > 1:
-        return chr(int(escaped[1:], 16))
-    if escaped in _CLOSING or escaped in "\\/":
-        return escaped
-    return _ESCAPED.get(escaped, match[0])
-
-
-def _string(opening: str) -> re.Pattern[str]:
-    """Build the pattern of a string. An apostrophe before a letter closes nothing."""
-    closing = _CLOSING[opening]
-    plain, inside, ends = rf"[^\\\n{closing}]*+", r"\\.", f"[{closing}]"
-    if closing[-1] in _APOSTROPHES:
-        inside += rf"|{ends}(?=\w)"
-        ends += r"(?!\w)"
-    return re.compile(rf"{re.escape(opening)}({plain}(?:(?:{inside}){plain})*){ends}")
-
-
-_STRINGS = {opening: _string(opening) for opening in _CLOSING}
-
-_LOOK = 60
-_LONG = 300
+# Markdown escapes the underscore: pick\_up. Some models write pick-up.
+_NAME = re.compile(r"(?<!\w)(?:[^\W\d]\w*\.)*((?:[^\W\d]|\\_)(?:\w|\\_|-(?=[^\W\d]))*)\Z")
 _QUOTED = re.compile(r"[ \t]*[\"'“‘]")
 _PLURAL = {"s", "es", "ies"}
-_OFTEN = re.compile(
-    rf"[ \t`*_.,;–—-]*(?:[(\[#]\s*|//\s*)?(?:do[ ]it[ ]|repeat(?:ed)?[ ])?(?:({TIMES})|{UNCOUNTED}"
-    r"|\]\s*\*\s*\d+)",
-    re.IGNORECASE,
+_OFTEN = worded(
+    r"[ \t`*_.,;–—-]*(?:[(\[#]\s*|//\s*)?(?:do it |repeat(?:ed)? )?"
+    rf"(?:({TIMES})|{UNCOUNTED}|\]\s*\*\s*\d+)"
 )
-_MOST_TIMES = 50
 _TRAILING_IF = re.compile(
     r"[ \t`*]*(?=(?:if|unless|for[ \t]+(?:each|every|all)|for[ \t]+[\w, ()]{1,60}[ \t]in)\b)"
 )
-
 # What may stand before and behind a call that is no part of a sentence.
 _LABEL = (
     r"(?:<\w+>\s*)?(?:\**(?:step|action|call)\s*\d*\s*[.:)\-]+\**\s*)?"
@@ -265,11 +251,10 @@ MARK = (
     r"|\d{1,4}(?:\.\d{1,4})+(?=\s)|\[(?:(?:[Ss]tep|[Aa]ction|[Tt]ask)\s*\d*|[ xX\d✓✔]{1,3})\](?=\s)"
     r"|[①-⑳❶-❿Ⅰ-ⅻ]\.?)\s*+"
 )
-_BEFORE = re.compile(
+_BEFORE = worded(
     # Any symbol that opens no value: bullets, arrows, ticks. Words are no marks.
     rf"(?:[^\w(){{}}\[\]/\\<]|_)*(?:{MARK}|(?!{MARK}))[*_`]*+{_LABEL}"
-    r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?",
-    re.IGNORECASE,
+    r"[\s`*_]*+(?:\w+\s*=\s*)?(?:await\s+)?\[?"
 )
 _NUMBERED = re.compile(r"[.:;,]\s+\(?1[.):]\s*\Z")
 _BEHIND = re.compile(
@@ -279,11 +264,11 @@ _BEHIND = re.compile(
 )
 _SIMPLE = re.compile(r"[-+]?[\d.]+|[^\W\d]\w*")
 _COLON = re.compile(r"(?:(?<!Error)(?<!Exception)[:：]|→|⇒|[-=]>)[ \t*_`]*\Z")
-_OTHERWISE = re.compile(
-    r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)|assert\b.*\b(else)[\s:]*", re.I | re.S
+_OTHERWISE = worded(
+    r"[\s`*,;.]*(or[\s`*,]*|(?:if|unless|while|else)\b.*)|assert\b.*\b(else)[\s:]*", re.DOTALL
 )
-_SENTENCE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)|\.\s+[A-Z]")
 _LINE_END = re.compile(r"[ \t`*_.,;!\"'。；，]*(?:(?:#|//)[^\n]*)?(?:\Z|\n)")
+_SENTENCE_END = re.compile(rf"{_LINE_END.pattern}|\.\s+[A-Z]")
 _QUOTES = re.compile(r"[^\n\"“”]{0,80}[,(=][ \t]*[\"“]")
 _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
 
@@ -291,25 +276,22 @@ _BROKEN = re.compile(r"\s*(?:\w+(?:\s*,\s*\w+)*\s*(?:\n|\Z)|[\[{])")
 def call_name(text: str, anchor: int, floor: int, paren: int) -> tuple[int, str] | None:
     """Find the name before a parenthesis and where it is written, looking back to `floor`.
 
-    A space may stand between them only behind an underscored name, or where nothing but list marks
-    leads from `anchor` to it.
+    `robot.slice(` is `slice`, written from `robot`. A space may stand between them only behind an
+    underscored name, or where nothing but list marks leads from `anchor` to it. A word of Python
+    is the name of a call only where nothing else stands in its place.
     """
-    named = name_before(text, paren, floor)
-    if named is None and text[paren - 1 : paren] == " " and paren > floor:
-        quoted = _QUOTED.match(text, paren + 1)
-        spaced = name_before(text, paren - 1, floor) if quoted else None
-        joined = spaced and "_" in spaced[1]
-        named = spaced if spaced and (joined or _leads(text, anchor, spaced[0])) else None
-    if named is None or (keyword.iskeyword(named[1]) and not _is_whole(text, anchor, named, paren)):
+    spaced = text[paren - 1 : paren] == " " and paren > floor and _QUOTED.match(text, paren + 1)
+    end = paren - bool(spaced)
+    start = max(floor, end - _NAME_LIMIT)
+    match = _NAME.search(text[start:end])
+    if match is None:
         return None
-    return named
-
-
-def _is_whole(text: str, anchor: int, named: tuple[int, str], paren: int) -> bool:
-    """Tell whether a word of Python is the name of a call: nothing else stands in its place."""
-    if text[paren - 1].isspace() or not _leads(text, anchor, named[0]):
-        return False
-    return ends_line(text, paren)
+    start, name = start + match.start(), match[1].replace("\\_", "_")
+    leads = _leads(text, anchor, start)
+    fits = leads or not spaced or "_" in name
+    if keyword.iskeyword(name):
+        fits = leads and not text[paren - 1].isspace() and ends_line(text, paren)
+    return (start, name) if fits else None
 
 
 def ends_line(text: str, paren: int) -> bool:
@@ -323,7 +305,7 @@ def is_call(
     anchor: int,
     start: int,
     name: str,
-    reading: ArgumentList,
+    reading: Arguments,
     fenced: bool,
     knows: Callable[[str], bool],
 ) -> bool:
@@ -332,58 +314,21 @@ def is_call(
     `anchor` is where the line begins, or where its last call ended. "the pan(s)" or
     "slice(s) of bread" in a sentence are no calls; in a code block almost everything is.
     """
-    plural = not reading.quoted and len(reading.args) == 1 and reading.args[0] in _PLURAL
-    if fenced:
-        return not plural or _stands_alone(text, anchor, start, reading)
-    if plural:
-        return False
-    if reading.quoted or "_" in name or text[max(0, start - 1) : start] == "`":
-        return True
-    if knows(name) and not reading.error and _stands_alone(text, anchor, start, reading):
+    leads = _leads(text, anchor, start)
+    alone = leads and bool(_BEHIND.match(text, reading.end))
+    if not reading.quoted and len(reading.args) == 1 and reading.args[0] in _PLURAL:
+        return fenced and alone
+    if fenced or reading.quoted or "_" in name or text[max(0, start - 1) : start] == "`":
         return True
     if reading.error:
         opened = text.find("(", start) + 1
-        broken = _leads(text, anchor, start) and bool(_BROKEN.match(text, opened))
-        return broken or bool(_QUOTES.match(text, opened))
-    plain = all(_SIMPLE.fullmatch(arg) for arg in reading.args) or name.islower()
-    alone = _stands_alone(text, anchor, start, reading)
-    return plain and (alone or _ends_line(text, anchor, start, reading))
-
-
-def alternative(text: str, anchor: int, start: int) -> str:
-    """Name the condition of the second call in `clean("pan") or clean("pot")`, or `...; if ...`."""
-    gap = text[anchor:start] if start - anchor <= _LOOK else ""
-    match = _OTHERWISE.fullmatch(gap)
-    return (match[1] or match[2]).rstrip(" `*") if match else ""
-
-
-def trailing_condition(text: str, reading: ArgumentList) -> str:
-    """Find the condition behind a call: `clean("pan") if it is dirty`."""
-    match = None if reading.error else _TRAILING_IF.match(text, reading.end)
-    if match is None:
-        return ""
-    line = text[match.end() : match.end() + _LONG].partition("\n")[0]
-    return line.partition("#")[0].strip(" `*")
-
-
-def how_often(text: str, reading: ArgumentList) -> tuple[int, str]:
-    """Return how often what stands behind a call says it is done, and what says no number."""
-    reply = None if reading.error else _OFTEN.match(text, reading.end)
-    if reply is None:
-        return 1, ""
-    count = min(count_of(reply[1] or ""), _MOST_TIMES)
-    return (count, "") if count else (1, reply[0].strip(" `*_([#,;"))
-
-
-def _stands_alone(text: str, anchor: int, start: int, reading: ArgumentList) -> bool:
-    behind = _BEHIND.match(text, reading.end)
-    return behind is not None and _leads(text, anchor, start)
-
-
-def _ends_line(text: str, anchor: int, start: int, reading: ArgumentList) -> bool:
-    """Tell whether a line or sentence ends with it behind a colon: "Cut it: slice(egg, knife)"."""
+        return bool((leads and _BROKEN.match(text, opened)) or _QUOTES.match(text, opened))
+    if alone and knows(name):
+        return True
+    # A line or sentence ends with it behind a colon: "Cut it: slice(egg, knife)".
     colon = _COLON.search(text, max(anchor, start - _LOOK), start)
-    return colon is not None and bool(_SENTENCE_END.match(text, reading.end))
+    ends = colon is not None and bool(_SENTENCE_END.match(text, reading.end))
+    return (alone or ends) and (name.islower() or all(map(_SIMPLE.fullmatch, reading.args)))
 
 
 def _leads(text: str, anchor: int, start: int) -> bool:
@@ -391,10 +336,29 @@ def _leads(text: str, anchor: int, start: int) -> bool:
 
     The first of a numbered list may stand behind a sentence.
     """
-    if start - anchor > _LOOK:
-        return bool(_NUMBERED.search(text, start - _LOOK, start))
-    led = start == anchor or _BEFORE.fullmatch(text, anchor, start)
-    return bool(led or _NUMBERED.search(text, anchor, start))
+    near = start - anchor <= _LOOK
+    led = near and (start == anchor or _BEFORE.fullmatch(text, anchor, start))
+    return bool(led or _NUMBERED.search(text, anchor if near else start - _LOOK, start))
+
+
+def alternative(text: str, anchor: int, start: int) -> str:
+    """Name the condition of the second call in `clean("pan") or clean("pot")`, or `...; if ...`."""
+    match = _OTHERWISE.fullmatch(text, anchor, start) if start - anchor <= _LOOK else None
+    return (match[1] or match[2]).rstrip(" `*") if match else ""
+
+
+def ruled(text: str, reading: Arguments) -> tuple[int, str]:
+    """Return how often a call is done, and its condition, by what stands behind it.
+
+    `clean("pan") twice`, `clean("pan") if it is dirty`; what says no number is a condition.
+    """
+    often = None if reading.error else _OFTEN.match(text, reading.end)
+    count = min(count_of(often[1] or ""), _MOST_TIMES) if often else 1
+    if often and not count:
+        return 1, often[0].strip(" `*_([#,;")
+    match = None if reading.error else _TRAILING_IF.match(text, reading.end)
+    line = text[match.end() : match.end() + _LONG].partition("\n")[0] if match else ""
+    return count, line.partition("#")[0].strip(" `*")
 
 
 WRAPPED = re.compile(
@@ -408,27 +372,24 @@ WRAPPERS = frozenset(
 )  # fmt: skip
 """What says of another call that it is done."""
 
-_LOOK_BACK = 160
-# Behind these anything may come before the call: "Never put it there by put_down(...)".
-_ORDER = r"do\s+not|don['’]?t|never|(?:must|should|shall)(?:\s+not|n['’]t)"
-# Behind these only words that announce the call: "The pan is not clean clean(...)" is a step.
-_DIRECT = (
-    r"not|avoid(?:ing)?|instead\s+of|rather\s+than|without|can(?:not|['’]t)|needn['’]t|no\s+need"
-    r"|refrain(?:ing)?\s+from|skip(?:ping)?|omit(?:ting)?|neither|nor"
-)
 _BREAKS = (
-    r"so|but|then|therefore|thus|hence|because|until|before|unless|forget|fail|hesitate|only|just"
+    "so but then therefore thus hence because until before unless forget fail hesitate only just"
 )
 _ANNOUNCES = (
-    r"ever|again|yet|to|for|use|using|call|calling|do|doing|run|running|execute|executing|perform"
-    r"|performing|write|writing|include|including|the|a|any|action|step|function|command"
+    "ever again yet to for use using call calling do doing run running execute executing perform"
+    " performing write writing include including the a any action step function command"
 )
-_NEGATION = re.compile(
-    rf"(?<![\w'’])(?:(?:{_ORDER})(?:[*`\"]*+[ \t]++[*`\"]*+(?!(?:{_BREAKS})\b)[\w'’-]++){{0,8}}"
-    rf"|(?:{_DIRECT})(?:[*`\"]*+[ \t]++[*`\"]*+(?:{_ANNOUNCES})\b){{0,6}})[ \t*_`\"'“‘(]*\Z",
-    re.IGNORECASE,
+_NEGATION = worded(
+    # Behind these anything may come before the call: "Never put it there by put_down(...)".
+    r"(?<![\w\x27’])(?:(?:do not|don'?t|never|(?:must|should|shall)(?: not|n't))"
+    rf"(?:[*`\"]*+[ \t]++[*`\"]*+(?!(?:{_BREAKS.replace(' ', '|')})\b)[\w\x27’-]++){{0,8}}"
+    # Behind these only words that announce it: "The pan is not clean clean(...)" is a step.
+    r"|(?:not|avoid(?:ing)?|instead of|rather than|without|can(?:not|'t)|needn't|no need"
+    r"|refrain(?:ing)? from|skip(?:ping)?|omit(?:ting)?|neither|nor)"
+    rf"(?:[*`\"]*+[ \t]++[*`\"]*+(?:{_ANNOUNCES.replace(' ', '|')})\b){{0,6}})"
+    r"[ \t*_`\"\x27“‘(]*\Z"
 )
-_GOES_ON = re.compile(r"[\s`*_,\"”]*\b(?:and|or|nor)[\s`*_\"“]*", re.IGNORECASE)
+_GOES_ON = worded(r"[\s`*_,\"”]*\b(?:and|or|nor)[\s`*_\"“]*")
 
 
 def negation(text: str, anchor: int, start: int, before: str) -> str:

@@ -20,18 +20,16 @@ _FEWEST_UNDER_RECAP = 3
 _MOST_LABELS = 12
 _MOST_CALLS = 3000
 
-_RECAP = re.compile(r"\b(?:recap\w*|summary|summari[sz]\w+|all together)\b", re.IGNORECASE)
-_WHOLE = re.compile(
-    r"\b(?:full|complete|whole|entire|overall|final|combined|consolidated)\s+(?:\w+\s+){0,2}"
-    r"(?:sequence|plan|list|steps|actions|calls|code)\b",
-    re.IGNORECASE,
-)
-_LABEL = re.compile(r"\b(?:full|complete|final|overall|action sequence)\b", re.IGNORECASE)
+_HINTS = (
+    (RECAP, r"recap\w*|summary|summari[sz]\w+|all together"),
+    (WHOLE, r"(?:full|complete|whole|entire|overall|final|combined|consolidated)\s+(?:\w+\s+){0,2}"
+            r"(?:sequence|plan|list|steps|actions|calls|code)"),
+    (LABELLED, r"full|complete|final|overall|action sequence"),
+)  # fmt: skip
 _HEADING_WORDS = 8
 
 _Key = tuple[str, tuple[str, ...]]
-_Telling = Sequence[tuple[Written, _Key]]
-"""Calls, each with what makes two of them the same."""
+"""What makes two calls the same."""
 
 
 def heading_strength(line: str) -> int:
@@ -41,11 +39,8 @@ def heading_strength(line: str) -> int:
     short = len(plain.split()) <= _HEADING_WORDS and not plain.endswith(".")
     if not (line.startswith(("#", "**")) or plain.endswith(":") or short):
         return SEPARATED
-    if _RECAP.search(line):
-        return RECAP
-    if _WHOLE.search(line):
-        return WHOLE
-    return LABELLED if _LABEL.search(line) else SEPARATED
+    found = (n for n, hint in _HINTS if re.search(rf"\b(?:{hint})\b", line, re.IGNORECASE))
+    return next(found, SEPARATED)
 
 
 def without_repeats(
@@ -56,79 +51,62 @@ def without_repeats(
     `gaps` says for the index of a call what stands between it and the call before. Calls that
     follow each other without anything between are never taken for a repetition.
     """
-    if len(calls) > _MOST_CALLS:
+    total = len(calls)
+    if total > _MOST_CALLS:
         return tuple(calls), ()
     orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
-    whole = [(written, _key(written.call, orders)) for written in calls]
-    kept, findings = _without_labelled(whole, gaps)
-    if not findings:
-        kept, findings = _without_copies(whole, gaps)
-    return tuple(written for written, _ in kept), tuple(findings)
-
-
-def _without_labelled(whole: _Telling, gaps: Mapping[int, int]) -> tuple[_Telling, list[Finding]]:
-    total = len(whole)
+    keys = [_key(written.call, orders) for written in calls]
     labels = sorted(i for i, gap in gaps.items() if gap >= LABELLED and 0 < i < total)
     bounds = [*labels[:_MOST_LABELS], total]
-    kept = whole[: bounds[0]]
-    findings: list[Finding] = []
-    at = 0
+    kept, findings, at = [*range(bounds[0])], list[Finding](), 0
     while at < len(bounds) - 1:
         start = bounds[at]
+        told = [keys[i] for i in kept]
         # The longest repetition wins: a recap may have headings of its own.
-        for upto in range(len(bounds) - 1, at, -1):
-            again = whole[start : bounds[upto]]
-            if _repeats(kept, again, gaps[start]):
-                kept, finding = _choose(kept, again)
-                findings.append(finding)
-                at = upto
-                break
+        upto = range(len(bounds) - 1, at, -1)
+        again = next((n for n in upto if _repeats(told, keys[start : bounds[n]], gaps[start])), 0)
+        more = [*range(start, bounds[again or at + 1])]
+        if again:
+            kept, finding = _choose(calls, keys, kept, more)
+            findings.append(finding)
         else:
-            at += 1
-            kept = [*kept, *whole[start : bounds[at]]]
-    return kept, findings
+            kept += more
+        at = again or at + 1
+    # Exact copies of the whole plan, announced or not, that other text keeps apart.
+    for size in range(_FEWEST, total // 2 + 1) if not findings else ():
+        starts = range(size, total, size)
+        if total % size == 0 and keys[size:] == keys[:-size] and all(i in gaps for i in starts):
+            kept = [*range(size)]
+            copies = ([*range(i, i + size)] for i in starts)
+            findings = [_choose(calls, keys, kept, copy)[1] for copy in copies]
+            break
+    return tuple(calls[i] for i in kept), tuple(findings)
 
 
-def _without_copies(whole: _Telling, gaps: Mapping[int, int]) -> tuple[_Telling, list[Finding]]:
-    """Drop exact copies of the whole plan, announced or not, that other text keeps apart."""
-    total, keys = len(whole), _keys(whole)
-    for size in range(_FEWEST, total // 2 + 1):
-        apart = total % size == 0 and all(i in gaps for i in range(size, total, size))
-        if apart and keys[size:] == keys[:-size]:
-            copies = (whole[i : i + size] for i in range(size, total, size))
-            return whole[:size], [_choose(whole[:size], copy)[1] for copy in copies]
-    return whole, []
-
-
-def _keys(telling: _Telling) -> list[_Key]:
-    return [key for _, key in telling]
-
-
-def _repeats(first: _Telling, again: _Telling, gap: int) -> bool:
-    found, more = _keys(first), _keys(again)
+def _repeats(told: Sequence[_Key], more: Sequence[_Key], gap: int) -> bool:
     if len(more) < _FEWEST:
-        return gap == RECAP and len(more) >= _FEWEST_UNDER_RECAP and found == more
-    common = common_in_order(found, more)
-    return common >= _SIMILAR * len(more) and common >= _COVERS[gap] * len(found)
+        return gap == RECAP and len(more) >= _FEWEST_UNDER_RECAP and told == more
+    common = common_in_order(told, more)
+    return common >= _SIMILAR * len(more) and common >= _COVERS[gap] * len(told)
 
 
-def _choose(first: _Telling, again: _Telling) -> tuple[_Telling, Finding]:
-    """Keep the fuller of two tellings, the first unless the other says all of it and more."""
-    found, more = _keys(first), _keys(again)
-    lacks = list((Counter(found) - Counter(more)).elements())
-    extra = Counter(more) - Counter(found)
-    fuller = bool(extra) and common_in_order(found, more) == len(found)
+def _choose(
+    calls: Sequence[Written], keys: Sequence[_Key], first: list[int], again: list[int]
+) -> tuple[list[int], Finding]:
+    """Keep the fuller of two kept, the first unless the other says all of it and more."""
+    told, more = [keys[i] for i in first], [keys[i] for i in again]
+    lacks, extra = Counter(told) - Counter(more), Counter(more) - Counter(told)
+    fuller = bool(extra) and common_in_order(told, more) == len(told)
     kept, dropped = (again, first) if fuller else (first, again)
-    place, start, end = again[0][0], dropped[0][0].line, dropped[-1][0].line
+    place, start, end = calls[again[0]], calls[dropped[0]].line, calls[dropped[-1]].line
     message = f"The plan is repeated from line {place.line}: run once"
     message += f", leaving out {f'line {start}' if start == end else f'lines {start} to {end}'}"
     if extra:
-        added = [written.source for written, key in again if key in extra]
-        message += f"; the repetition adds {', '.join(map(shown, added[:3]))}"
+        added = [shown(calls[i].source) for i in again if keys[i] in extra]
+        message += f"; the repetition adds {', '.join(added[:3])}"
     if lacks:
-        message += f"; the repetition lacks {len(lacks)} of the calls told first"
-    finding = Finding("P104", message + ".", line=place.line, column=place.column)
-    return kept, finding
+        message += f"; the repetition lacks {lacks.total()} of the calls told first"
+    return kept, Finding("P104", message + ".", line=place.line, column=place.column)
 
 
 def common_in_order(first: Sequence[_Key], again: Sequence[_Key]) -> int:
