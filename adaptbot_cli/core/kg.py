@@ -13,7 +13,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, UndoLog
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
-from adaptbot_cli.core.names import Spellings, folded, variants, without_s, words
+from adaptbot_cli.core.names import Spellings, folded, normal, variants, without_s, words
 from adaptbot_cli.core.sparql import is_plain, variables
 from adaptbot_cli.core.terms import (
     AB,
@@ -287,6 +287,10 @@ class Kg:
                 if alike := {thing for thing in things if self.classes(thing)}:
                     return tuple(sorted(alike))
         return ()
+
+    def numbered(self, base: str) -> tuple[URIRef, ...]:
+        """Return the things whose names are a name and a number: toy_1 and toy_2 of "toy"."""
+        return tuple(self._by_name(_without_number, self.named_by).get(base, ()))
 
     def _by_name(
         self, key: Callable[[str], object], predicates: tuple[URIRef, ...]
@@ -571,3 +575,9 @@ def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Tr
             )
             if subject is not None and predicate is not None and value is not None:
                 yield subject, predicate, value
+
+
+def _without_number(name: str) -> str:
+    """The name that a numbered one is of, "" if it has no number."""
+    base, _, number = name.rpartition("_")
+    return normal(base) if number.isdigit() else ""

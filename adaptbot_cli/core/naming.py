@@ -310,8 +310,7 @@ class Naming:
     def _numbered(self, name: str) -> tuple[str, ...]:
         """The things of a name that only a number tells apart: toy_1 and toy_2 of "toys"."""
         bases = {name, *singulars(name)}
-        found = {n for n in self.kg.names() if n.rpartition("_")[2].isdigit()}
-        return tuple(sorted(n for n in found if normal(n).rpartition("_")[0] in bases))
+        return tuple(sorted(self.kg.name(thing) for b in bases for thing in self.kg.numbered(b)))
 
     def rule_called(self, name: str, strict: bool) -> Constraint | None:
         """The constraint of a name; with `strict` also by what an allergy calls it."""

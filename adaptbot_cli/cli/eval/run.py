@@ -53,7 +53,8 @@ def run(
     api_base: ApiBaseOption = None,
     prompt: PromptOption = PromptName.auto,
     leave_out: Annotated[
-        str, model_option(metavar="A,B", help="Parts that prompts lack: items, example, memory.")
+        str,
+        model_option(metavar="A,B", help="Parts that prompts lack: items, example, memory, goal."),
     ] = "",
     unseen: Annotated[
         bool, model_option("--unseen", help="Show a model no library plan of the task itself.")
