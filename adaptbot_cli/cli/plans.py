@@ -1,5 +1,6 @@
 """`adaptbot plans`: the plans that are kept for tasks of this home."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -11,6 +12,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     home_of,
+    note,
     print_json,
 )
 from adaptbot_cli.cli.help import Group
@@ -46,21 +48,25 @@ def plans(
     if context.invoked_subcommand is not None:
         return
     from adaptbot_cli.adapters.display.words import columns, count, plain_text
-    from adaptbot_cli.adapters.planner.kept import kept_plans, origin, request_of
+    from adaptbot_cli.adapters.planner.kept import kept_plans, origin
 
     home = home_of(workspace_dir, domain)
-    found = kept_plans(home.workspace.kept_plans(home.domain))
+    found, faults = kept_plans(home.workspace.kept_plans(home.domain))
     if json:
-        print_json({"plans": [_as_json(plan) for plan in found]})
-    elif not found:
-        typer.echo(f"no plan is kept for a task of the {home.domain}", err=True)
-    else:
-        table = columns(None, None, None, None)
-        for plan in found:
-            steps = count(len(plan.body.split("\n")) - 1, "step")
-            cells = (plan.path.stem, request_of(plan), steps, origin(plan))
-            table.add_row(*map(plain_text, cells))
+        broken = [{"name": path.stem, "fault": fault} for path, fault in faults.items()]
+        print_json({"plans": [_as_json(plan) for plan in found], "broken": broken})
+        return
+    table = columns(None, None, None, None)
+    for plan in found:
+        steps = count(len(plan.body.strip().split("\n")), "step")
+        cells = (plan.path.stem, plan.kept.get("request", plan.names[0]), steps, origin(plan))
+        table.add_row(*map(plain_text, cells))
+    if found:
         console().print(table)
+    for path, fault in faults.items():
+        note(f"{fault}; or adaptbot plans drop {path.stem}")
+    if not found and not faults:
+        typer.echo(f"no plan is kept for a task of the {home.domain}", err=True)
 
 
 @app.command()
@@ -71,32 +77,40 @@ def show(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Show a kept plan, where it comes from, and what it comes to in this home today."""
-    from rich.text import Text
-
     from adaptbot_cli import session
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.display.words import plain_text
-    from adaptbot_cli.adapters.planner.kept import origin, request_of
+    from adaptbot_cli.adapters.planner.kept import asked_of, kept_plans, origin
     from adaptbot_cli.cli.run import exit_code
     from adaptbot_cli.core.summary import summary
+    from adaptbot_cli.errors import KnowledgeError
+    from adaptbot_cli.session.graphs import reader
 
     home = home_of(workspace_dir, domain)
-    plan = _named(home, name)
+    path = _named(home, name)
+    plans, faults = kept_plans(home.workspace.kept_plans(home.domain))
+    if path in faults:
+        raise KnowledgeError(faults[path])
+    [plan] = [plan for plan in plans if plan.path == path]
     graph = session.load(home.workspace, home.domain)
-    text, asked = str(plan.asked.get("amount", "")), plan.asked
-    requires, without = ([*map(str, asked.get(key) or ())] for key in ("requires", "without"))
-    text = f"{text} {plan.names[0]}".strip()
-    result = session.check_request(plan.body, text, home.workspace, graph, requires, without)
+    asked = plan.kept.get("request", plan.names[0])
+    tasks = reader(graph, home.workspace)(asked).tasks
+    task = next((task for task in tasks if asked_of(task) == plan.asked), None)
+    if task is None:
+        raise KnowledgeError(
+            f'"{asked}" is not read as it was when {path} was kept, so the plan serves nothing '
+            f"now; adaptbot plans drop {path.stem}"
+        )
+    result = session.check(plan.body, task, graph)
     if json:
         today = summary(result, graph, "kept plan", (None, None))
         print_json({**_as_json(plan), "today": today})
         return exit_code(result)
     out = console()
-    out.print(plain_text(request_of(plan), "bold"))
-    for text in (origin(plan), f"run {plan.kept['run']}" if plan.kept.get("run") else ""):
-        if text:
-            out.print(plain_text(text, "dim", 300))
-    out.print(Text(str(plan.path), "dim"), soft_wrap=True)
+    out.print(plain_text(asked, "bold"))
+    run = f"run {plan.kept['run']}" if plan.kept.get("run") else ""
+    for text in filter(None, (origin(plan), run, str(path))):
+        out.print(plain_text(text, "dim", 1_000), soft_wrap=True)
     Screen(out, graph).finish(result, None)
     return exit_code(result)
 
@@ -109,41 +123,39 @@ def drop(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Drop a kept plan: the planner is asked again. The versions still have it."""
-    from adaptbot_cli.adapters.planner.kept import request_of
     from adaptbot_cli.session.change import KeptFile, keep_file
 
     home = home_of(workspace_dir, domain)
-    plan = _named(home, name)
-    text = f'drop the plan for "{request_of(plan)}"'
-    if not (yes or agreed(console(), f"{text[0].upper()}{text[1:]}?")):
+    path = _named(home, name)
+    if not (yes or agreed(console(), f'Drop the plan "{path.stem}"?')):
         typer.echo("nothing was changed", err=True)
         return
-    path = plan.path.relative_to(home.workspace.root).as_posix()
-    revision = keep_file(home, KeptFile(path), text)
-    typer.echo(f"dropped; committed as {(revision or '')[:7]}", err=True)
+    file = KeptFile(path.relative_to(home.workspace.root).as_posix())
+    revision = keep_file(home, file, f'drop the plan "{path.stem}"', "drop")
+    typer.echo(
+        f"dropped; committed as {(revision or '')[:7]}; adaptbot undo brings it back", err=True
+    )
 
 
-def _named(home: "Home", name: str) -> "LibraryPlan":
-    """The kept plan that a name means. Raises UsageError: there is none, or there are several."""
-    from adaptbot_cli.adapters.planner.kept import kept_plans, request_of
+def _named(home: "Home", name: str) -> Path:
+    """The file of a kept plan that a name means. Raises UsageError: there is none, or several."""
+    from adaptbot_cli.adapters.planner.kept import kept_plans
     from adaptbot_cli.core.learning import safe_name
     from adaptbot_cli.errors import UsageError
 
-    found = kept_plans(home.workspace.kept_plans(home.domain))
-    begin = safe_name(name)
-    fitting = [p for p in found if name in (p.path.stem, request_of(p))]
-    fitting = fitting or [p for p in found if p.path.stem.startswith((name, begin))]
+    plans, faults = kept_plans(home.workspace.kept_plans(home.domain))
+    asked = {plan.path: plan.kept.get("request", "") for plan in plans} | dict.fromkeys(faults, "")
+    fitting = [p for p in asked if name in (p.stem, asked[p])]
+    fitting = fitting or [p for p in asked if p.stem.startswith((name, safe_name(name)))]
     if len(fitting) == 1:
         return fitting[0]
-    names = ", ".join(p.path.stem for p in fitting or found) or "none"
+    names = ", ".join(path.stem for path in fitting or asked) or "none"
     if fitting:
         raise UsageError(f'"{name}" may mean {len(fitting)} plans: {names}; write more of the name')
     raise UsageError(f'no plan "{name}" is kept for the {home.domain}; kept are: {names}')
 
 
 def _as_json(plan: "LibraryPlan") -> dict[str, object]:
-    from adaptbot_cli.adapters.planner.kept import request_of
-
     steps = plan.body.strip().split("\n")
-    record = {"name": plan.path.stem, "task": plan.names[0], "request": request_of(plan)}
+    record = {"name": plan.path.stem, "task": plan.names[0], "request": plan.kept.get("request")}
     return {**record, "asked": plan.asked, "kept": plan.kept, "steps": steps}

@@ -185,7 +185,7 @@ def build(
     kg = start.kg if start else load(workspace, request.domain)
     words = WordNet()
     read = reader(kg, workspace, request.requires, request.without, words)
-    kept = kept_plans(workspace.kept_plans(request.domain))
+    kept, broken = kept_plans(workspace.kept_plans(request.domain))
     planner = _planner(request, chosen, environ, kg, workspace, console, kept)
     with ExitStack() as stack:
         if sharing is not None:
@@ -211,7 +211,7 @@ def build(
             store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
             _show_edits(console, session.edited, kg)
-            for note in start.notes:
+            for note in (*start.notes, *map("left out: {}".format, broken.values())):
                 console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
         elif workspace.has(request.domain):
             session.revisions[0] = _head(workspace.root)

@@ -73,9 +73,12 @@ class KeptFile:
 
 
 def last_plan(home: Home) -> KeptFile | None:
-    """Return the plan that was kept last, with what was there before, if it still stands and
-    nothing was learned since."""
-    from adaptbot_cli.adapters.store import files
+    """Return the plan that was kept or dropped last, with what was there before, if it still stands
+    and nothing was learned since.
+
+    Raises:
+        KnowledgeError: it was edited since: what is to become of that is the person's to say.
+    """
     from adaptbot_cli.adapters.store.git import Repo
     from adaptbot_cli.adapters.store.trailers import answers, parse
 
@@ -84,20 +87,32 @@ def last_plan(home: Home) -> KeptFile | None:
     if repo is None:
         return None
     learned = last_learned(home)
+    seen: set[str] = set()
     for commit in repo.log([folder]):
         if learned is not None and not repo.leads_to(learned, commit.sha):
             return None
         before = repo.folder(folder, commit.parents[0]) if commit.parents else {}
-        for name, blob in repo.folder(folder, commit.sha).items():
-            stands = files.read(root, f"{folder}/{name}") == repo.blob(blob)
-            if before.get(name) != blob and stands and answers(parse(commit.message)[2]):
-                old = before.get(name)
-                return KeptFile(f"{folder}/{name}", repo.blob(old) if old else None)
+        after = repo.folder(folder, commit.sha)
+        trailers = parse(commit.message)[2]
+        for name in sorted(before.keys() | after.keys()):
+            path = f"{folder}/{name}"
+            if before.get(name) == after.get(name) or path in seen:
+                continue
+            seen.add(path)  # what was done to it before that is not what stands now
+            if not (answers(trailers) or ("Source", "drop") in trailers):
+                continue
+            if repo.dirty([path]):
+                raise KnowledgeError(
+                    f"{path} was edited since it was kept; commit that with git, or take the edit "
+                    f"back, or drop the plan: adaptbot plans drop {name.removesuffix('.plan')}"
+                )
+            old = before.get(name)
+            return KeptFile(path, repo.blob(old) if old else None)
     return None
 
 
-def keep_file(home: Home, file: KeptFile, subject: str) -> str | None:
-    """Write or remove a plan's file; return the revision.
+def keep_file(home: Home, file: KeptFile, subject: str, source: str) -> str | None:
+    """Write or remove a plan's file; return the revision. `source` says why, in the commit.
 
     Raises:
         KnowledgeError: it cannot be written; nothing has changed then.
@@ -105,7 +120,7 @@ def keep_file(home: Home, file: KeptFile, subject: str) -> str | None:
     from adaptbot_cli.adapters.store.trailers import compose
 
     by = person()
-    message = compose(subject, [("By", by)] if by else [])
+    message = compose(subject, [("Source", source), *([("By", by)] if by else [])])
     return keeper(home).change(Delta(), message, others={file.path: file.content})
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.adapters.lexicon import WordNet
-from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans, plan_file, request_of
+from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans, plan_file
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.delta import Delta
@@ -27,7 +27,7 @@ KEPT = """\
 ---
 names: [boiled egg]
 ingredients: [egg]
-asked: {{requires: [egg]}}
+asked: {{task: [boiled, egg], requires: [egg]}}
 kept: {{why: changed by hand, by: ann, at: '2026-11-30T10:00:00+00:00'}}
 ---
 {}
@@ -53,7 +53,8 @@ def test_a_plan_that_was_changed_is_kept_comes_first_and_can_be_taken_back(home:
     assert home.subjects()[-1] == 'learn: the plan for "boiled egg" is kept (14 steps)'
     assert home.trailers()["Answer-1"] == ["yes"]
     listed = home.adaptbot("plans", "--json").json()["plans"]
-    assert [(plan["name"], plan["request"]) for plan in listed] == [("boiled_egg", "boiled egg")]
+    assert [plan["request"] for plan in listed] == ["boiled egg"]
+    name = listed[0]["name"]
     assert listed[0]["kept"]["why"] == "changed by hand"
     shown = home.adaptbot("plans", "show", "boil")
     assert shown.code == 0 and "executable, goal met" in shown.said and "run 2" in shown.said
@@ -62,8 +63,16 @@ def test_a_plan_that_was_changed_is_kept_comes_first_and_can_be_taken_back(home:
     assert calls(home, "boiled egg") == usual[:-2]
     for transcript in sorted((home.workspace / "transcripts").iterdir()):
         assert home.adaptbot("replay", str(transcript)).code == 0
-    assert "drop the kept plan boiled_egg.plan" in home.adaptbot("undo", "--yes").said
+    path = home.workspace / "plans" / "kitchen" / f"{name}.plan"
+    path.write_text(path.read_text() + "wait(1)\n")
+    assert home.adaptbot("undo", "--yes").code == 4  # it was edited since
+    assert "brings it back" in home.adaptbot("plans", "drop", name, "--yes").said
+    assert home.subjects()[-2:] == [f"hand edit: {name}.plan", f'drop the plan "{name}"']
+    assert f"put back {name}.plan" in home.adaptbot("undo", "--yes").said
+    assert calls(home, "boiled egg")[-1] == ["wait", "1"]
+    assert home.adaptbot("plans", "drop", name, "--yes").code == 0
     assert calls(home, "boiled egg") == usual
+    assert home.adaptbot("undo", "--yes").code == 0
     assert home.adaptbot("undo", "--yes").code == 2
 
 
@@ -116,7 +125,32 @@ def test_names_that_mean_none_or_several_are_told(home: Home) -> None:
     path = home.workspace / "plans" / "kitchen" / "odd.plan"
     path.write_text("no front matter")
     ended = home.adaptbot("plans")
-    assert ended.code == 4 and "odd.plan: has no front matter" in ended.said
+    assert ended.code == 0 and "odd.plan: has no front matter" in ended.said
+    assert "left out: " in home.adaptbot("run", "omelette", "--no-human").said
+    assert home.adaptbot("plans", "show", "odd").code == 4
+    assert home.adaptbot("plans", "drop", "odd", "--yes").code == 0
+    assert [plan["name"] for plan in home.adaptbot("plans", "--json").json()["plans"]] == [
+        "boiled_egg"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("requires: [egg]", "without: 5"),
+        ("asked: {", "asked: 3 #"),
+        ("kept: {", "kept: 3 #"),
+        ("names: [boiled egg]", "names: 3"),
+        ("---", ""),
+    ],
+)
+def test_a_garbled_plan_is_told_and_stops_nothing(home: Home, old: str, new: str) -> None:
+    path = home.workspace / "plans" / "kitchen" / "boiled_egg.plan"
+    path.parent.mkdir(parents=True)
+    path.write_text(KEPT.format("wait(1)").replace(old, new))
+    ended = home.adaptbot("plans", "--json")
+    assert ended.code == 0 and len(ended.json()["broken"]) == 1
+    assert home.adaptbot("run", "boiled egg", "--no-human").code == 0
 
 
 def test_a_plan_behind_a_link_is_not_read(home: Home, tmp_path: Path) -> None:
@@ -125,8 +159,8 @@ def test_a_plan_behind_a_link_is_not_read(home: Home, tmp_path: Path) -> None:
     folder = home.workspace / "plans" / "kitchen"
     folder.mkdir(parents=True)
     (folder / "boiled_egg.plan").symlink_to(secret)
-    ended = home.adaptbot("plans")
-    assert ended.code == 4 and "symbolic link" in ended.said
+    ended = home.adaptbot("plans", "--json")
+    assert ended.json()["plans"] == [] and "symbolic link" in str(ended.json()["broken"])
 
 
 @pytest.fixture(scope="module")
@@ -147,18 +181,18 @@ def test_what_is_kept_serves_the_same_request_again(kitchen, tmp_path, request_t
     lesson = Lesson(Delta(), question, answer, "kept", plan=plan)
     name, data = plan_file(lesson, "library", "")
     (tmp_path / name).write_bytes(data)
-    plans = kept_plans(tmp_path)
+    plans, _ = kept_plans(tmp_path)
     assert find(task(request_text), plans) is plans[0]
-    assert find(task("mushroom omelette with cheese"), plans) is None
-    if "place" not in plans[0].asked:
-        assert find(task(request_of(plans[0])), plans) is plans[0]
+    others = ("mushroom omelette with cheese", f"{request_text} with a smile on top")
+    assert all(find(task(other), plans) is None for other in others)
+    assert find(task(plans[0].kept["request"]), plans) is plans[0]
 
 
 def test_a_kept_plan_is_an_example_for_a_model(kitchen, tmp_path) -> None:  # type: ignore[no-untyped-def]
     (tmp_path / "a.plan").write_text(
         KEPT.format('pick_up_obj("egg")\nboil("egg", "pot")').replace("boiled egg", "egg in a cup")
     )
-    prompts = Prompts(bundled("prompts"), kitchen, kept=tuple(kept_plans(tmp_path)))
+    prompts = Prompts(bundled("prompts"), kitchen, kept=tuple(kept_plans(tmp_path)[0]))
     turn = Propose(Task("egg in a big cup"))
     assert 'boil("egg", "pot")' in str(prompts.messages(turn))
 
@@ -176,10 +210,10 @@ def test_the_other_planner_is_asked_once_afresh_if_it_listens_to_no_findings(tmp
 
     (tmp_path / "a.plan").write_text(KEPT.format("wait(1)"))
     other, task = Other(), Task("boiled egg", required=("egg",))
-    planner = KeptFirst(kept_plans(tmp_path), other, listens=False)
+    planner = KeptFirst(kept_plans(tmp_path)[0], other, listens=False)
     first = planner.propose(Propose(task))
     assert first.text == "wait(1)" and first.source
     findings = (Finding("E401", "no"),)
-    planner.propose(Propose(task, 1, first.text, findings))
-    planner.propose(Propose(task, 2, "own", findings))
-    assert [(turn.attempt, turn.findings) for turn in other.turns] == [(0, ()), (2, findings)]
+    assert planner.propose(Propose(task, 1, first.text, findings)).text == "own"
+    assert planner.propose(Propose(task, 2, "own", findings)).text == "own"
+    assert [(turn.attempt, turn.findings) for turn in other.turns] == [(0, ())]

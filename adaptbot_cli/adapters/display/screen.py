@@ -69,11 +69,16 @@ class Screen:
     _report: Report | None = field(default=None, init=False)
     _shown: str | None = field(default=None, init=False)
     _last: Text | None = field(default=None, init=False)
+    _kept: bool = field(default=False, init=False)
 
     def asked(self, turn: Turn) -> None:
         """Show what must be seen before a turn is performed."""
         if isinstance(turn, Propose) and turn.attempt:
             open_ = count(len({(f.code, f.message) for f in turn.findings}), "finding")
+            if self._kept and turn.findings:
+                why = turn.findings[0].message
+                self._note(WARNING, f"the kept plan does not fit as it is: {why}")
+                self._kept = False
             self._note(PASSING, f"asking for another plan: {open_} still open")
         edits = isinstance(turn, Amend) and (turn.why != "ready" or self.edits)
         if (isinstance(turn, Ask) or edits) and self.asks:
@@ -93,6 +98,7 @@ class Screen:
         elif isinstance(reply, Proposal) and reply.failure:
             self._note(WARNING, reply.failure)
         elif isinstance(reply, Proposal) and reply.source:
+            self._kept = True
             self._note(PASSING, f"the plan that is kept for this task ({reply.source})")
         elif isinstance(turn, Learned):
             self._note(GOOD, f"noted: {turn.lesson.sentence}")

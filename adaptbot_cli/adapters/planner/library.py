@@ -163,8 +163,8 @@ class LibraryPlan:
     ingredients: tuple[str, ...]
     roles: dict[str, list[str]]
     body: str
-    asked: dict[str, Any] = field(default_factory=dict)
-    kept: dict[str, Any] = field(default_factory=dict)
+    asked: dict[str, list[str]] = field(default_factory=dict)
+    kept: dict[str, str] = field(default_factory=dict)
 
     def render(self, task: str, items: Iterable[str], asked: Task | None = None) -> str:
         """Write the plan for a task's items, one call a line. Raises PackError.
@@ -242,8 +242,8 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
             _words(front, "ingredients"),
             {str(role): list(_words(front["roles"], role)) for role in front.get("roles") or ()},
             parts[2],
-            dict(front.get("asked") or {}),
-            dict(front.get("kept") or {}),
+            {str(key): list(_words(front["asked"], key)) for key in front.get("asked") or ()},
+            {str(key): str(value) for key, value in (front.get("kept") or {}).items()},
         )
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         text = " ".join(str(error).split())
@@ -271,12 +271,12 @@ def _refuse(key: str) -> tuple[str, ...]:
 
 def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
     """Return the plan with the longest name whose words the task all has, and that name."""
-    names = folded(task)
+    names = _folded(task)
     fitting = [
-        ((len(folded(name)), len(name)), name, plan)
+        ((len(_folded(name)), len(name)), name, plan)
         for plan in library
         for name in plan.names
-        if folded(name) <= names
+        if _folded(name) <= names
     ]
     if not fitting:
         return None
@@ -291,8 +291,7 @@ def _serves(folders: tuple[Path, ...], task: str) -> bool:
         return False
 
 
-def folded(text: str) -> frozenset[str]:
-    """Return the words of a text in the singular, in no order."""
+def _folded(text: str) -> frozenset[str]:
     return frozenset((singulars(word) or (word,))[0] for word in words(text))
 
 

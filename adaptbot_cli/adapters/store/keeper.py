@@ -249,6 +249,8 @@ class Keeper:
             broken = held.new_faults(change, changed) if changed else []
             if broken:
                 raise KnowledgeError(refusal(self._where, broken, lessons, hint))
+            if edits := repo.dirty([path for path in others if path]):
+                commit_hand_edits(repo, self.domain, edits, "", self.origin.now())
             written = {
                 path: data for path, data in others.items() if data != disk.read(self.root, path)
             }

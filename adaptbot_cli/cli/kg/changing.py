@@ -155,14 +155,15 @@ def undo(
 
 def _plan_taken_back(home: "Home", plan: "KeptFile", yes: bool, dry_run: bool, json: bool) -> int:
     """Carry out that a kept plan is dropped, or the one before it put back."""
+    from adaptbot_cli.adapters.display.words import plain_text
     from adaptbot_cli.session.change import keep_file
 
     name = plan.path.rpartition("/")[2]
     text = f"drop the kept plan {name}" if plan.content is None else f"put back {name} as it was"
     out, revision = console(stderr=json), None
-    out.print(f"- {text}", markup=False)
+    out.print(plain_text(f"- {text}", "", 1_000))
     if not dry_run and (yes or agreed(out, "Commit this?")):
-        revision = keep_file(home, plan, text)
+        revision = keep_file(home, plan, text, "revert")
         out.print(f"✓ committed as {(revision or '')[:7]}", style="green", markup=False)
     if json:
         print_json({"revision": revision, "plan": plan.path})
