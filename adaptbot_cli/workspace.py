@@ -235,7 +235,7 @@ def find(option: Path | None) -> Workspace:
         others = [p / CONFIG for p in found[: found.index(root) if root else None]]
         named_by = f"the nearest {CONFIG}" if root else "your data folder"
         root = root or _user_folder()
-        _refuse_another_owner(root)
+        refuse_another_owner(root)
     settings, ignored = settings_of(root / CONFIG)
     mine = trust.own_settings_file()
     own, _ = settings_of(mine, own=True)
@@ -265,7 +265,7 @@ def settings_of(path: Path, own: bool = False) -> tuple[dict[str, Any], dict[str
     return settings, ignored
 
 
-def _refuse_another_owner(root: Path) -> None:
+def refuse_another_owner(root: Path) -> None:
     """Make sure that a workspace that nobody has named is the user's own, as git does.
 
     Raises:
@@ -277,7 +277,8 @@ def _refuse_another_owner(root: Path) -> None:
     if 0 in owners and os.environ.get("SUDO_UID", "").isdigit():
         owners.add(int(os.environ["SUDO_UID"]))
     git = next((p / ".git" for p in (root, *root.parents) if (p / ".git").exists()), None)
-    for path in (root, root / CONFIG, root / "kg", *([git] if git else [])):
+    own = (root / name for name in (CONFIG, "kg", "plans", "transcripts"))
+    for path in (root, *own, *([git] if git else [])):
         try:
             owner = path.lstat().st_uid
         except OSError:

@@ -6,6 +6,7 @@ command says why.
 """
 
 import hashlib
+import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -75,16 +76,18 @@ def _rows(files: dict[str, bytes], where: str) -> Iterator[str]:
 def _home(context: typer.Context) -> "tuple[Workspace, str]":
     """The workspace and the domain that the words before name. Of a folder of another account
     nothing is read, whoever names it: a Tab is no consent."""
-    from adaptbot_cli import trust
     from adaptbot_cli.errors import KnowledgeError
-    from adaptbot_cli.workspace import CONFIG, find
+    from adaptbot_cli.workspace import find, refuse_another_owner
 
-    option = context.params.get("workspace_dir")
-    home = find(Path(option) if option else None)
-    for path in (home.root / name for name in (CONFIG, "kg", "transcripts")):
-        if path.exists() and not trust.is_ours(path):
-            raise KnowledgeError(f"{path} belongs to another account")
-    return home, str(home.setting("domain", context.params.get("domain")))
+    option = context.params.get("workspace_dir") or os.environ.get("ADAPTBOT_WORKSPACE")
+    root = Path(option) if option else None
+    if root is not None:
+        refuse_another_owner(root)
+    home = find(root)  # one that nobody names is refused there if it is somebody else's
+    domain = str(home.setting("domain", context.params.get("domain")))
+    if domain not in home.domains():
+        raise KnowledgeError(f"there is no domain {domain}")
+    return home, domain
 
 
 def _completer(find: Callable[["Workspace", str], Pairs]) -> Callable[..., list[Any]]:
@@ -117,7 +120,10 @@ def _named(*kinds: str) -> Callable[..., list[Any]]:
 
 
 def _runs(home: "Workspace", domain: str) -> Pairs:
-    stems = sorted((path.stem for path in home.transcripts.glob("*.yaml")), reverse=True)
+    from adaptbot_cli.adapters.store import files
+
+    found = (n for n in files.names(home.root, "transcripts") if n.endswith(".yaml"))
+    stems = sorted((name.removesuffix(".yaml") for name in found), reverse=True)
     return ((when, task) for when, _, task in (stem.partition("-") for stem in stems))
 
 
@@ -140,7 +146,10 @@ def _settings(home: "Workspace", domain: str) -> Pairs:
 
 
 def _plans(home: "Workspace", domain: str) -> Pairs:
-    return ((path.stem, "") for path in sorted(home.kept_plans(domain).glob("*.plan")))
+    from adaptbot_cli.adapters.store import files
+
+    found = files.names(home.root, f"plans/{domain}")
+    return ((name.removesuffix(".plan"), "") for name in sorted(found) if name.endswith(".plan"))
 
 
 domains = _completer(lambda home, _: ((name, "") for name in home.domains()))

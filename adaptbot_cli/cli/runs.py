@@ -318,7 +318,8 @@ def resume(
     own = session.is_own(path, header)
     if not own:
         its = ", ".join(["answers", *record])
-        note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
+        if record != {"model": "library"} or session.answered(path):
+            note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
         record = {"model": "library"} if record.get("model") == "library" else {}
     model, base = _text(record, "model") or None, _text(record, "api_base") or None
     chosen = opened(screen, home, _text(header, "task"), domain, model, base, _ORIGIN)

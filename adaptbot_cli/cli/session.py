@@ -60,6 +60,8 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
                 out.print(f"  {phrase:<26} {what}", markup=False, highlight=False)
         elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():
             domain = words[1]
+        elif words and (meant := _misspelt(words[0], known)):
+            out.print(f"there is no command {words[0]}; did you mean {meant}?", markup=False)
         elif words:
             with suppress(SystemExit):  # what went wrong was said
                 carry_out(arguments_of(line, domain, known))
@@ -73,6 +75,17 @@ def arguments_of(line: str, domain: str, commands: frozenset[str]) -> list[str]:
     if words[0] in commands:
         return words
     return ["run", "--domain", domain, "--", line]
+
+
+def _misspelt(word: str, commands: frozenset[str]) -> str:
+    """The command that a line's first word is a slip for, "" if it may begin a task."""
+    from difflib import get_close_matches
+
+    from adaptbot_cli.adapters.lexicon import WordNet
+
+    known = {*SHORT, *commands, "domain", "help", "quit", "exit"}
+    near = "" if word in known else next(iter(get_close_matches(word, known, 1, 0.75)), "")
+    return "" if near and WordNet().senses(word) else near
 
 
 def _words(line: str) -> list[str]:

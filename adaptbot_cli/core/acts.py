@@ -32,7 +32,7 @@ from adaptbot_cli.core.questions import (
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.repair import change_of, key_of
 from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
-from adaptbot_cli.core.run import Acting, Run, look_at
+from adaptbot_cli.core.run import Acting, Run, look_at, refuted_last
 from adaptbot_cli.core.terms import TRUE
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Learned, Stop, Surprised, Turn
 from adaptbot_cli.core.world import LOST, REFUSED, STOPPED, Acted, Seen, believe, is_irreversible
@@ -360,6 +360,7 @@ def _teach(
 def _where(run: Run, entity: URIRef, prop: URIRef, why: str) -> Question:
     name = normal(run.kg.name(entity))
     question = attribute_question(run.kg, name, run.kg.domain.properties[prop], "")
+    question = refuted_last(run, question)
     notes = (why, *(f"seen: {sentence}" for sentence in run.seen(3, name)))
     return replace(question, notes=notes, text=f'Where is "{name.replace("_", " ")}"?')
 

@@ -29,7 +29,7 @@ from adaptbot_cli.core.questions import (
 from adaptbot_cli.core.refine.mend import Mended, mended
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.request import Reading
-from adaptbot_cli.core.run import Plans, Run, as_edited, forget_all, look_at
+from adaptbot_cli.core.run import Plans, Run, as_edited, forget_all, look_at, refuted_last
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
     Ask,
@@ -117,7 +117,13 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
             known = YES if teach.is_so(each, run.scene) else NO
             each = replace(each, suggested=Suggestion(known, "as it is known"))
         together = form[n + 1 :]
-        ready = replace(each, notes=notes, together=together, offered=rest, answered=answered)
+        ready = replace(
+            refuted_last(run, each),
+            notes=notes,
+            together=together,
+            offered=rest,
+            answered=answered,
+        )
         answer: Answer = yield Ask(ready)
         if answer.value == EDIT:
             run.to_edit = True

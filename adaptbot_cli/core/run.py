@@ -14,6 +14,7 @@ from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_l
 from adaptbot_cli.core.refine.mend import with_remedies
 from adaptbot_cli.core.report import Bound, Report, Usage
 from adaptbot_cli.core.scene import Scene
+from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
 from adaptbot_cli.core.world import Acted, sentences
 
@@ -114,6 +115,24 @@ class Run:
             for sentence in sentences(surprise, self.kg, things)
         ]
         return tuple(dict.fromkeys(found))[-most:]
+
+
+def refuted_last(run: Run, question: Question) -> Question:
+    """Return a question for a place with those last in which the thing was seen not to be."""
+    things = set(run.kg.find(question.about))
+    gone = {
+        run.kg.name(value)
+        for surprise in (run.acting.surprises if run.acting else ())
+        for subject, predicate, value in surprise.removed
+        if subject in things and local(predicate) == question.prop
+    }
+    if question.kind != "place" or not gone:
+        return question
+    choices = [
+        replace(choice, then="seen: not there") if choice.value in gone else choice
+        for choice in question.choices
+    ]
+    return replace(question, choices=tuple(sorted(choices, key=lambda c: c.value in gone)))
 
 
 def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Report]:

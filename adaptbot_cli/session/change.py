@@ -19,6 +19,7 @@ from adaptbot_cli.session.build import person
 from adaptbot_cli.session.knowledge import Home, called, known_as
 
 if TYPE_CHECKING:
+    from rdflib import URIRef
     from rdflib.term import Node
 
     from adaptbot_cli.adapters.store.keeper import Keeper
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 
 _ANSWER = re.compile(r"[0-9a-f]{4,40}\.[0-9]+")
+
+_PLAINLY = {"true": "yes", "on": "yes", "1": "yes", "false": "no", "off": "no", "0": "no"}
+"""What people write for yes and no."""
 
 _MOST = 3
 """How many faults of an edit are told; `kg validate` tells all."""
@@ -247,22 +251,33 @@ def put(home: Home, name: str, prop: str, value: str) -> ProposedChange:
     from adaptbot_cli.session.build import stamp
 
     kg, thing = home.kg, _thing(home, name)
-    asked = [p for p in kg.domain.properties.values() if kg.is_a(thing, [p.domain])]  # type: ignore[arg-type]
+    if thing == kg.domain.agent:
+        raise UsageError(
+            "what the robot holds and where it is, is kept as it acts; adaptbot kg retract "
+            f"{name} takes back what is not so"
+        )
+    own = {p.iri: p for p in kg.domain.properties.values() if kg.is_a(thing, [p.domain])}
+    asked = [own[iri] for iri in own.keys() - {*kg.domain.name_properties()}]
     found = next((p for p in asked if called(prop, p.iri, home.words)), None)
     if found is None:
         labels = sorted(p.label for p in asked)
         known = ", ".join(nearest(prop, labels) or labels)
         raise UsageError(f"{name} has no property {prop}; it has {known}")
-    question = attribute_question(kg, normal(kg.name(thing)), found, "")  # type: ignore[arg-type]
-    answer = Answer({"true": "yes", "false": "no"}.get(normal(value), value), person(), stamp())
+    question = attribute_question(kg, normal(kg.name(thing)), found, "")
+    text = normal(value).removeprefix("the_") if question.choices else value
+    answer = Answer(_PLAINLY.get(text, text), person(), stamp())
     term = attribute_value(kg, found, answer.value)
-    if term is None:
+    places = {choice.value for choice in question.choices} if question.kind == "place" else set()
+    if term is None or (places and kg.name(term) not in places):
         labels = [choice.label for choice in question.choices if choice.value != UNKNOWN]
         choices = nearest(value, labels) or labels
         what = ", ".join(choices) or f"a {question.number or 'text'}"
         raise UsageError(f'{found.label} of {name} cannot be "{value}"; it may be: {what}')
-    delta = attribute(kg, thing, found, term)  # type: ignore[arg-type]
-    sentence = in_words((thing, found.iri, term), kg)  # type: ignore[arg-type]
+    delta = attribute(kg, thing, found, term)
+    if places:  # what has a place is not with the robot
+        held = kg.facts.triples((kg.domain.agent, None, thing))
+        delta = Delta(delta.removed | frozenset(held), delta.added)
+    sentence = in_words((thing, found.iri, term), kg)
     lesson = Lesson(delta, question, answer, sentence)
     return ProposedChange(delta, f"learn: {sentence}", tuple(of_lessons([lesson])))
 
@@ -333,13 +348,13 @@ def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
     return found, f"{normal(name)} is another name for {text}"
 
 
-def _thing(home: Home, name: str) -> object:
-    from rdflib import RDF
+def _thing(home: Home, name: str) -> "URIRef":
+    from rdflib import RDF, URIRef
 
     found = known_as(home, name)
     # Of an action of the pack only what was taught of it besides is among the facts.
     whole = {t[0] for t in home.facts if t[1] == RDF.type}
-    mine = [node for node in sorted(found, key=str) if node in whole]
+    mine = [n for n in sorted(found, key=str) if n in whole and isinstance(n, URIRef)]
     if not mine:
         if found:
             raise UsageError(f"{name} is described in actions.ttl; edit the file to take it back")

@@ -302,6 +302,14 @@ def is_own(path: Path, header: Mapping[str, Any]) -> bool:
     return trust.is_trusted(path, content_of(header))
 
 
+def answered(path: Path) -> bool:
+    """Tell whether a transcript holds a person's replies."""
+    from adaptbot_cli.adapters.transcript import read_cut
+    from adaptbot_cli.adapters.transcript.recorder import is_signed
+
+    return any(map(is_signed, read_cut(path)[1]))
+
+
 def chain(path: Path) -> list[Path]:
     """Return the transcripts that a run goes on with, the first one first, and its own."""
     found = [path]

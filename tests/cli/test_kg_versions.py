@@ -415,11 +415,11 @@ def test_the_log_names_no_planner_where_there_was_none(taught: Home) -> None:
 
 
 def test_what_is_true_now_is_said_in_a_line_and_kept_as_an_answer(home: Home) -> None:
-    ended = home.adaptbot("kg", "set", "egg", "place", "cabinet", "--yes")
+    ended = home.adaptbot("kg", "set", "egg", "place", "the cabinet", "--yes")
     assert ended.code == 0 and "place fridge → cabinet" in ended.said
     assert home.adaptbot("kg", "show", "egg", "--json").json()["place"] == "cabinet"
     assert home.trailers()["Question-1"] == ['Where is "egg" kept?']
-    ended = home.adaptbot("kg", "set", "egg", "sliceable", "false", "--yes", "--json")
+    ended = home.adaptbot("kg", "set", "egg", "sliceable", "No", "--yes", "--json")
     assert {plan["after"] for plan in ended.json()["plans"]} == {"findings"}
     assert "it is so already" in home.adaptbot("kg", "set", "egg", "sliceable", "no").said
     for _ in range(2):
@@ -436,6 +436,9 @@ def test_what_is_true_now_is_said_in_a_line_and_kept_as_an_answer(home: Home) ->
         (("egg", "sliceable", "maybe"), 'sliceable of egg cannot be "maybe"; it may be: yes, no'),
         (("unicorn", "place", "sink"), "nothing is called unicorn"),
         (("egg", "place", "egg"), 'place of egg cannot be "egg"'),
+        (("egg", "place", "robot_arm"), 'place of egg cannot be "robot_arm"'),
+        (("egg", "name", "ovo"), "egg has no property name"),
+        (("robot", "holds", "egg"), "is kept as it acts"),
     ],
 )
 def test_what_cannot_be_true_is_told_with_what_can(

@@ -22,9 +22,12 @@ def test_a_line_is_a_command_or_else_a_task(line: str, arguments: list[str]) -> 
 
 
 def test_one_thing_after_the_other_and_an_error_ends_only_its_line(home: Home) -> None:
-    lines = b"show gerlic\nplan make tea\ndomain household\nshow mop\nhelp\nquit\nshow egg\n"
+    lines = (
+        b"show gerlic\nshwo egg\nplan make tea\ndomain household\nshow mop\nhelp\nquit\nshow egg\n"
+    )
     ended = home.adaptbot(stdin=lines, ADAPTBOT_PLAIN="1")
     assert ended.code == 0, ended.err
+    assert "no command shwo; did you mean show?" in ended.said
     assert "called gerlic" in ended.said and "executable, goal met" in ended.said
     assert "household>" in ended.said and "mop" in ended.out and "teach THING" in ended.said
     assert "egg" not in ended.out.rpartition("mop")[2]

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
+from urllib.request import url2pathname
 from uuid import uuid4
 
 import pygit2
@@ -60,6 +61,8 @@ class Remote:
         scheme = url.partition("://")[0]
         if "::" in url or not url.isprintable() or ("://" in url and scheme not in _SCHEMES):
             raise UsageError(f"{_shown(url)} is not fetched: there is {', '.join(_SCHEMES)}")
+        if scheme == "file":
+            url = url2pathname(urlsplit(url).path)
         if "://" not in url and not (_SCP.fullmatch(url) and not Path(url).exists()):
             if not Path(url).expanduser().is_dir():
                 raise UsageError(f"{url} is no folder, no address and no remote of {repo.root}")
@@ -91,7 +94,7 @@ class Remote:
             KnowledgeError: it cannot be reached, or does not take what is pushed.
         """
         answers = _Callbacks(self.url)
-        folder = Path(self.url.removeprefix("file://"))
+        folder = Path(self.url)
         target = f"refs/adaptbot/incoming/{uuid4().hex}" if folder.is_dir() else branch
         with self._talking("pushed to") as link:
             try:

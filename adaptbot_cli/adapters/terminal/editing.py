@@ -53,7 +53,7 @@ def ask_for_edit(turn: Amend, console: Console, rejects: bool) -> tuple[Edit | N
         where = f"step {finding.step}: " if finding.step else ""
         console.print(shown(f"✗ {where}{finding.message}", "red"))
     while True:
-        picked = canvas.ask(Keys(_TEXT[turn.why], "back", choices=choices), console).value
+        picked = canvas.ask(Keys(_TEXT[turn.why], "leave it", choices=choices), console).value
         if picked in (_LEAVE, BACK.value):
             return None, "no"
         edit = _ASK[picked](turn, there, console)

@@ -165,7 +165,7 @@ class Keys(Menu):
 
     def hint(self) -> str:
         """Return that one key is enough."""
-        return "one key, b: back" if self.back else "one key"
+        return f"one key, b: {self.back}" if self.back else "one key"
 
     def by_line(self) -> str:
         """Return that a row's letter will do, too, and which row Enter takes."""

@@ -58,9 +58,18 @@ class Memory:
     def take(self, documents: Iterable[Document]) -> None:
         """Add what a run's documents tell; later answers go before earlier ones."""
         ended = ""
+        since: set[Key] | None = None
         for document in documents:
             match document["turn"]:
+                case "begin":
+                    since = set(self.answers)
+                case "keep" if since is not None:
+                    # What was answered while the robot acted is in the graph, and may have been
+                    # seen to be otherwise since.
+                    for key in self.answers.keys() - since:
+                        del self.answers[key]
                 case "stop":
+                    since = None
                     ended = str(document.get("why", "")) or "stopped"
                 case "propose" if isinstance(document.get("reply"), str):
                     if ended:

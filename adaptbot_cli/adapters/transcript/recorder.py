@@ -23,8 +23,8 @@ _SIGNED = frozenset({"ask", "offer", "edit", "review"})
 """The turns whose replies are a person's."""
 
 
-def _is_signed(document: Document) -> bool:
-    """Whether a person has replied, rather than nobody, who puts everything off."""
+def is_signed(document: Document) -> bool:
+    """Tell whether a person has replied, rather than nobody, who puts everything off."""
     put_off = document.get("answer") == LATER.value or document.get("answers") == {}
     return document["turn"] in _SIGNED and not put_off
 
@@ -54,7 +54,7 @@ class Recorder:
         left_as_it_is = isinstance(turn, Amend) and reply is None
         if record is not None and not left_as_it_is:
             document = {**record, **reply_fields(turn, reply, self.kg)}
-            if self.signed is not None and _is_signed(document):
+            if self.signed is not None and is_signed(document):
                 self.signed()
                 self.signed = None
             self._write(document)

@@ -41,7 +41,9 @@ def put(
     from adaptbot_cli.session import change
 
     home = home_of(workspace_dir, domain)
-    return _with_verdicts(home, change.put(home, name, prop, value), yes, dry_run, json)
+    proposal = change.put(home, name, prop, value)
+    change.judge(home, proposal.delta)
+    return _with_verdicts(home, proposal, yes, dry_run, json)
 
 
 def retract(
