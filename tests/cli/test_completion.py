@@ -120,6 +120,18 @@ def test_a_stranger_s_workspace_completes_nothing(home: Home) -> None:
         assert completed(home, f"adaptbot {line}") == []
 
 
+def test_nothing_outside_a_workspace_is_told(home: Home, tmp_path: Path) -> None:
+    assert home.adaptbot("run", "make tea", "--no-human").code == 0
+    away = tmp_path / "away"
+    (away / "kitchen").mkdir(parents=True)
+    (away / "kitchen" / "secret.plan").write_text("")
+    (home.workspace / "plans").symlink_to(away)
+    assert completed(home, "adaptbot plans show s") == []
+    (home.workspace / "plans").unlink()
+    home.write("robot/adaptbot.toml", 'domain = "../../away/kitchen"')
+    assert completed(home, "adaptbot plans show s") == []
+
+
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
 def test_in_a_real_bash(home: Home, tmp_path: Path) -> None:
     bin_ = tmp_path / "bin"

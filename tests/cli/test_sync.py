@@ -337,3 +337,15 @@ def test_what_was_pushed_between_the_look_and_the_push_is_not_pushed_over(
     assert git(hub, "for-each-ref", "--format=%(objectname) %(refname)") == f"{there} {branch}"
     assert bob.adaptbot("kg", "sync", str(hub)).code == 0
     git(hub, "merge-base", "--is-ancestor", there, "main")
+
+
+def test_an_address_of_a_file_is_read_as_one_and_leaves_nothing_behind(
+    homes: Callable[[str], Home], hub: Path
+) -> None:
+    there = hub.rename(hub.with_name("our hub.git"))
+    ann, bob = homes("ann"), homes("bob")
+    for number, home in enumerate((ann, bob)):
+        update(home, NEW.format(f"thing{number}"))
+        assert home.adaptbot("kg", "sync", there.as_uri()).code == 0
+    assert git(there, "for-each-ref", "--format=%(refname)") == "refs/heads/main"
+    git(there, "merge-base", "--is-ancestor", str(Repo.open_or_init(ann.workspace).head()), "main")

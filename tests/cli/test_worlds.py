@@ -384,3 +384,11 @@ def test_a_workspace_starts_no_process_before_it_is_trusted(home: Home, tmp_path
     assert ended.code == 0 and "world ignored until" in ended.said and not mark.exists()
     assert home.adaptbot("trust", "--yes").code == 0
     assert home.adaptbot("run", "make tea", "--no-human").code == 6 and mark.exists()
+
+
+def test_a_place_where_a_thing_was_seen_not_to_be_is_offered_last(home: Home) -> None:
+    world = str(ROOT / "examples" / "kitchen.ttl")
+    with tty(home, "run", "boiled egg", "--world", world) as terminal:
+        terminal.waits('Where is "egg" kept?').sees("baking tray").types("\x03")
+        listed = terminal.plain.rpartition('Where is "egg" kept?')[2].split()
+        assert "cabinet" in listed and "fridge" not in listed  # beyond the first twelve
