@@ -230,7 +230,7 @@ def _interrupted(session: "Session", home: "Workspace") -> str:
     """What becomes of the answers that were given, and how to go on with them."""
     kept = "nothing was committed"
     if session.acted:
-        kept = "what was done and seen until then is kept"
+        kept = "what was kept until then, done or seen, stays"
     if session.transcript is None:
         return f"interrupted; {kept}"
     return f"interrupted; {kept}. To go on: adaptbot resume{_named(session, home)}"

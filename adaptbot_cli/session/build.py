@@ -155,8 +155,8 @@ class Session:
 
     @property
     def acted(self) -> bool:
-        """Whether something was committed as it was done."""
-        return self.ports.world is not None and _head(self.root) != self.revisions[0]
+        """Whether something was committed in this run before it ended."""
+        return self.keeper is not None and _head(self.root) != self.revisions[0]
 
 
 @contextmanager

@@ -119,7 +119,8 @@ def details(workspace: Workspace, path: Path) -> RunDetails:
                 task = str(turn.get("task", ""))
                 tokens += sum((turn.get("tokens") or {}).values())
             case "checked":
-                plans[task] = [str(step) for step in turn.get("steps") or ()]
+                steps = turn.get("steps")
+                plans[task] = [*map(str, steps)] if isinstance(steps, list) else []
             case "ask":
                 questions[str(turn.get("text", ""))] = str(turn.get("answer", ""))
             case "offer":
@@ -127,7 +128,8 @@ def details(workspace: Workspace, path: Path) -> RunDetails:
                 for prop, answer in answers.items() if isinstance(answers, dict) else ():
                     questions[f"{turn.get('about')}: {prop}"] = str(answer)
             case "keep":
-                learned += map(str, turn.get("lessons") or ())
+                lessons = turn.get("lessons")
+                learned += map(str, lessons) if isinstance(lessons, list) else ()
     return RunDetails(
         _past(path, short, header, end),
         str(header.get("policy", "")),

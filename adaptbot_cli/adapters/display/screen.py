@@ -257,6 +257,9 @@ def _sizes(result: Result, committed: str | None) -> RenderableType:
         parts.append(f"{count(len(result.lessons), 'lesson')} {kept}")
     else:
         parts.append("nothing learned")
+    if result.outside is not None and result.outside.delta:
+        changed = len(result.outside.delta.removed) + len(result.outside.delta.added)
+        parts.append(f"{count(changed, 'fact')} of the state kept as the world left them")
     return _facts(parts)
 
 

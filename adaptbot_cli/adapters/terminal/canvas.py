@@ -129,9 +129,14 @@ def _plain_line(text: str, console: Console, check: "Check") -> str:
 
 
 def _by_lines(menu: "Menu", console: Console) -> Any:
+    before: list[Line] | None = None
     while True:
-        for parts in menu.draw(console.width, numbered=True):
+        drawn = menu.draw(console.width, numbered=True)
+        for parts in drawn if drawn != before else ():
             console.print(Text("".join(text for _, text in parts).rstrip()), soft_wrap=True)
+        if drawn == before:  # the line has changed nothing
+            console.print(f"  that is none of these; {menu.by_line()}, ?: keys", markup=False)
+        before = drawn
         answer = menu.read(_read(console).strip())
         if answer is not OPEN:
             return answer

@@ -204,7 +204,7 @@ class Form(Menu):
         """Answer a line by its number and the answer: `2 yes`, `1 fridge`; a number alone asks."""
         number, _, value = line.partition(" ")
         if not number.isdecimal() or not 1 <= int(number) <= len(self.entries):
-            return super().read(line)
+            return OPEN if len(line) > 1 and line != "esc" else super().read(line)
         self.at = int(number) - 1
         question = self.entries[self.at].question
         if question.kind != "attribute":

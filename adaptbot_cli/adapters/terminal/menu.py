@@ -171,6 +171,14 @@ class Keys(Menu):
         """Return that a row's letter will do, too, and which row Enter takes."""
         return f"a number or its letter, Enter: {self.at + 1}"
 
+    def read(self, line: str) -> Any:
+        """Return the choice that a line gives: its words will do, too."""
+        named = [n for n, c in enumerate(self.choices) if title(c.label).lower().startswith(line)]
+        if len(line) > 1 and len(named) == 1:
+            self.at = named[0]
+            return self.pressed("enter")
+        return super().read(line)
+
     def rows(self) -> Sequence[Row]:
         """Return the choices with their keys."""
         return [
