@@ -32,7 +32,7 @@ from adaptbot_cli.core.turns import Propose
 Style = Literal["cot", "plain", "schema"]
 """How the plan is asked for: after a chain of thought, alone, or as JSON of a given schema."""
 
-Part = Literal["items", "example", "memory", "goal"]
+Part = Literal["items", "example", "memory"]
 """What an experiment may leave out of a prompt."""
 
 BEST: Style = "cot"
@@ -51,12 +51,8 @@ to be made of, of a class that is not named otherwise."""
 MOST_ACTIONS = 19
 """How many actions a prompt names at most."""
 
-FEWEST_ITEMS, MOST_ITEMS = 4, 8
-"""Of how many ingredients the example is made: of as many as the task requires, within these. A
-small model writes no more of them into a plan than the example has."""
-
-MOST_GOALS = 8
-"""How many of a task's goals a prompt tells."""
+MOST_ITEMS = 4
+"""Of how many ingredients the example is made at most: it shows the form."""
 
 MOST_FINDINGS = 12
 """How many findings a re-prompt tells of the last plan."""
@@ -114,10 +110,8 @@ class Prompts:
         Raises PackError.
         """
         near = self._near(turn.task)
+        example = () if turn.attempt else self._example(near)
         actions = self._actions(turn, near)
-        many = len(self.kg.domain.actions) > MOST_ACTIONS  # they take the room of other parts
-        items = FEWEST_ITEMS if many else len(turn.task.required)
-        example = () if turn.attempt else self._example(near, items)
         rules = self._render(
             "plan.j2",
             purpose=self.kg.domain.purpose,
@@ -130,7 +124,6 @@ class Prompts:
             things=[] if "items" in self.leave_out else list(self._things(turn, near)),
             task=turn.task.name,
             required=() if turn.attempt else turn.task.required,
-            unmet=() if turn.attempt or many else self._unmet(turn.task),
             **_limits(turn.task),
         )
         asked = [*example, {"role": "user", "content": task}]
@@ -196,20 +189,18 @@ class Prompts:
         first = [taken[0]] if taken else []
         return [*first, *(plan for plan in ranked if plan not in first)][:_NEAR]
 
-    def _example(self, near: Sequence[LibraryPlan], number: int) -> list[Message]:
-        """The nearest plan as an answer to its own task, with the thoughts that lead to it; of so
-        many items, if it can be."""
+    def _example(self, near: Sequence[LibraryPlan]) -> list[Message]:
+        """The nearest plan as an answer to its own task, with the thoughts that lead to it."""
         if not near or "example" in self.leave_out:
             return []
         plan = near[0]
-        most = max(FEWEST_ITEMS, min(number, MOST_ITEMS))
-        most = most // 2 if self.style == "schema" else most
+        most = MOST_ITEMS // 2 if self.style == "schema" else MOST_ITEMS
         items = list(dict.fromkeys((*(plan.base or ()), *plan.ingredients)))[:most]
         text = _REMARK.sub("", plan.render(plan.names[0], items)).strip()
         calls = [written.call for written in parse(text).calls]
         used = [item for item in items if any(item in call.args for call in calls)]
         asked = self._render(
-            "task.j2", things=[], task=plan.names[0], required=used, unmet=(), **_limits(Task(""))
+            "task.j2", things=[], task=plan.names[0], required=used, **_limits(Task(""))
         )
         if self.style != "plain":
             thought = self._thought(calls, used)
@@ -218,14 +209,6 @@ class Prompts:
                 record = {"reasoning": thought, "plan": [_as_json(call) for call in calls]}
                 text = json.dumps(record, ensure_ascii=False, separators=(",", ":"))
         return [{"role": "user", "content": asked}, {"role": "assistant", "content": text}]
-
-    def _unmet(self, task: Task) -> list[str]:
-        """What is wrong as long as a task's goals are not met, in the pack's words."""
-        if "goal" in self.leave_out:
-            return []
-        goals = (*task.goals, *self.kg.domain.goals) if task.goals or task.required else ()
-        found = (goal.message.replace("{item}", "an item") for goal in goals)
-        return list(dict.fromkeys(found))[:MOST_GOALS]
 
     def _thought(self, calls: Sequence[Call], items: Sequence[str]) -> str:
         """Which items a plan is about, in which state they are brought, and with what else."""

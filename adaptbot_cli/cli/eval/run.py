@@ -54,7 +54,7 @@ def run(
     prompt: PromptOption = PromptName.auto,
     leave_out: Annotated[
         str,
-        model_option(metavar="A,B", help="Parts that prompts lack: items, example, memory, goal."),
+        model_option(metavar="A,B", help="Parts that prompts lack: items, example, memory."),
     ] = "",
     unseen: Annotated[
         bool, model_option("--unseen", help="Show a model no library plan of the task itself.")
