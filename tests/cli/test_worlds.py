@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from rdflib import Graph, URIRef
 
+from adaptbot_cli.adapters.transcript.memory import Memory
 from tests.cli.attended import CTRL_C, tty
 from tests.cli.command import ROOT, Ended, Home
 
@@ -392,3 +393,18 @@ def test_a_place_where_a_thing_was_seen_not_to_be_is_offered_last(home: Home) ->
         terminal.waits('Where is "egg" kept?').sees("baking tray").types("\x03")
         listed = terminal.plain.rpartition('Where is "egg" kept?')[2].split()
         assert "cabinet" in listed and "fridge" not in listed  # beyond the first twelve
+
+
+def test_what_was_kept_while_the_robot_acted_is_not_answered_again_by_a_resumed_run() -> None:
+    asked = {"turn": "ask", "kind": "place", "prop": "obj_location", "answer": "sink"}
+    turns: list[dict[str, Any]] = [
+        {**asked, "about": "leek"},
+        {"turn": "keep"},
+        {"turn": "begin"},
+        {**asked, "about": "egg"},
+        {"turn": "keep"},
+        {**asked, "about": "onion"},
+    ]
+    memory = Memory()
+    memory.take(turns)
+    assert {about for _, about, *_ in memory.answers} == {"leek", "onion"}
