@@ -370,18 +370,19 @@ def _thing(home: Home, name: str) -> "URIRef":
 
 
 def commit_edits(home: Home, message: str) -> str | None:
-    """Commit hand edits of a domain's files; None if there are none.
+    """Commit hand edits of a domain's files and of its kept plans; None if there are none.
 
     Raises:
         KnowledgeError: the edits leave what the domain does not allow, or no domain; they stay
             as they are, uncommitted.
     """
-    from adaptbot_cli.adapters.store.keeper import commit_hand_edits, edit_faults
+    from adaptbot_cli.adapters.store.keeper import commit_hand_edits, edit_faults, edited_plans
     from adaptbot_cli.core.faults import by_mistake
 
     versions = home.needed()
     with versions.repo.writing():
-        edited = [f"{versions.folder}/{name}" for name in versions.edited()]
+        plans = edited_plans(versions.repo, home.domain)
+        edited = [*(f"{versions.folder}/{name}" for name in versions.edited()), *plans]
         if not edited:
             return None
         found = by_mistake(edit_faults(versions.repo, home.domain))

@@ -132,7 +132,7 @@ def _origin_text(origin: "Origin", domain: str) -> str:
 
 def status(home: Home) -> Status:
     """Return how a workspace stands. Edits that cannot be read are told as a problem."""
-    from adaptbot_cli.adapters.store.keeper import edit_faults
+    from adaptbot_cli.adapters.store.keeper import edit_faults, edited_plans
     from adaptbot_cli.adapters.transcript import unfinished
 
     root, versions = home.workspace.root, home.versions
@@ -149,7 +149,7 @@ def status(home: Home) -> Status:
             problem = str(error)
     waiting = sorted(unfinished(home.workspace.transcripts))
     revision, subject = (last.sha, last.subject) if last else (head, "")
-    edited = versions.edited()
+    edited = [*versions.edited(), *edited_plans(versions.repo, home.domain)]
     return Status(root, home.domain, revision, subject, edited, changes, problem, found, waiting)
 
 

@@ -66,6 +66,7 @@ def test_a_plan_that_was_changed_is_kept_comes_first_and_can_be_taken_back(home:
     path = home.workspace / "plans" / "kitchen" / f"{name}.plan"
     path.write_text(path.read_text() + "wait(1)\n")
     assert home.adaptbot("undo", "--yes").code == 4  # it was edited since
+    assert f"{name}.plan" in home.adaptbot("kg", "status").said
     assert "brings it back" in home.adaptbot("plans", "drop", name, "--yes").said
     assert home.subjects()[-2:] == [f"hand edit: {name}.plan", f'drop the plan "{name}"']
     assert f"put back {name}.plan" in home.adaptbot("undo", "--yes").said

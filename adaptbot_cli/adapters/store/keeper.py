@@ -337,6 +337,13 @@ def edit_faults(repo: Repo, domain: str) -> list[str]:
     return faults_of(now, _held_at(repo, domain, head)) if head else []
 
 
+def edited_plans(repo: Repo, domain: str) -> list[str]:
+    """Return the paths of the kept plans of a domain that differ from those committed."""
+    folder, head = f"plans/{domain}", repo.head()
+    found = {*disk.names(repo.root, folder), *(repo.folder(folder, head) if head else ())}
+    return repo.dirty([f"{folder}/{name}" for name in sorted(found) if name.endswith(".plan")])
+
+
 def commit_hand_edits(
     repo: Repo, domain: str, edited: Iterable[str], message: str, when: datetime, by: str = ""
 ) -> str:
