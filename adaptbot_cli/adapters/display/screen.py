@@ -67,7 +67,7 @@ class Screen:
     world: str = ""
     how: str = ""
     _report: Report | None = field(default=None, init=False)
-    _shown: str | None = field(default=None, init=False)
+    _shown: Report | None = field(default=None, init=False)
     _last: Text | None = field(default=None, init=False)
     _kept: bool = field(default=False, init=False)
 
@@ -82,7 +82,7 @@ class Screen:
             self._note(PASSING, f"asking for another plan: {open_} still open")
         edits = isinstance(turn, Amend) and (turn.why != "ready" or self.edits)
         if (isinstance(turn, Ask) or edits) and self.asks:
-            self._plan_once()
+            self._plan_once(isinstance(turn, Ask) and turn.question.kind == "plan")
         if (isinstance(turn, Ask | Review) or edits) and self.asks:
             self._gap()
 
@@ -140,13 +140,16 @@ class Screen:
         if result.usage != Usage():
             self.console.print(_cost(result.usage))
 
-    def _plan_once(self) -> None:
-        """Show the plan, unless its text has been shown before: each answer changes it a little."""
-        if self._report is None or self._report.text == self._shown:
+    def _plan_once(self, whole: bool) -> None:
+        """Show the plan, unless its text has been shown before: each answer changes it a little.
+        Where it is asked about as a `whole` it is shown if any of it has changed."""
+        report, shown = self._report, self._shown
+        seen = report is not None and shown is not None and report.text == shown.text
+        if report is None or (seen and not (whole and shown and report.steps != shown.steps)):
             return
-        self._shown = self._report.text
+        self._shown = report
         self._gap()
-        self.console.print(plan_table(self._report, self.console.width))
+        self.console.print(plan_table(report, self.console.width))
         self._last = None
 
     def _gap(self) -> None:
