@@ -13,7 +13,7 @@ from rich.terminal_theme import TerminalTheme
 from rich.text import Text
 
 from adaptbot_cli.cli.common import show_opening
-from adaptbot_cli.session import Request, build
+from adaptbot_cli.session.build import Request, build
 from adaptbot_cli.workspace import Workspace
 
 HERE = Path(__file__).parent

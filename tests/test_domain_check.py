@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli import session
 from adaptbot_cli.resources import bundled
+from adaptbot_cli.session import graphs, packs, validation
 from adaptbot_cli.workspace import Workspace
 
 FORM = re.compile(r"\S+\.(ttl|plan)(, line \d+|, entr(y|ies) [^:]+)?: .+; .+", re.DOTALL)
@@ -22,7 +22,7 @@ Check = Callable[..., list[str]]
 def check(tmp_path: Path) -> Check:
     """Return a function that breaks a fresh starting pack and gives what is told of it."""
     home = Workspace(tmp_path / "robot")
-    session.start(home, "starting")
+    packs.start(home, "starting")
     pack = home.root / "kg" / "starting"
     library = home.root / "prompts" / "library" / "starting"
 
@@ -35,7 +35,7 @@ def check(tmp_path: Path) -> Check:
             text = path.read_text(encoding="utf-8")
             assert old in text, f"{old!r} is not in {file}"
             path.write_text(text.replace(old, new, 1), encoding="utf-8")
-        found = session.check_pack(home, "starting")[1]
+        found = validation.check_pack(home, "starting")[1]
         for fault in found:
             assert FORM.fullmatch(fault.replace(f"{library}/", "")), fault
         return found
@@ -417,7 +417,7 @@ def test_what_a_task_names_and_the_home_lacks_is_a_hint(
     change: tuple[str, str], check: Check, tmp_path: Path
 ) -> None:
     assert check(("tasks.ttl", *change)) == []
-    [hint] = session.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
+    [hint] = validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
     assert FORM.fullmatch(hint) and LACKS[change] in hint and "the nearest there is " in hint
 
 
@@ -435,13 +435,13 @@ def test_a_goal_that_says_too_little_is_a_hint(told: str, check: Check, tmp_path
     wrapped, packed = WEAK[told]
     first = ("tasks.ttl", "ex:vase ex:wrapped true", wrapped)
     assert check(first, ("tasks.ttl", "ex:vase ex:lies_in ex:crate", packed)) == []
-    [hint] = session.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
+    [hint] = validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
     assert FORM.fullmatch(hint) and "entry pack the vase: " in hint and told in hint
 
 
 def test_one_goal_that_says_enough_is_enough(check: Check, tmp_path: Path) -> None:
     assert check(("tasks.ttl", "ex:vase ex:wrapped true", "?any ex:wrapped true")) == []
-    assert session.check_pack(Workspace(tmp_path / "robot"), "starting")[2] == []
+    assert validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2] == []
 
 
 DELIBERATE = [
@@ -461,7 +461,7 @@ def test_a_variable_that_is_meant_is_no_slip(ask: str, check: Check) -> None:
 def test_a_likely_slip_keeps_no_pack_from_being_loaded(check: Check, tmp_path: Path) -> None:
     old = '"ASK { ?agent ex:holds ?thing }"'
     assert check(("actions.ttl", old, old.replace("?thing", "?thng")))
-    assert "put_down" in session.load(Workspace(tmp_path / "robot"), "starting").domain.actions
+    assert "put_down" in graphs.load(Workspace(tmp_path / "robot"), "starting").domain.actions
 
 
 def test_a_sound_pack_has_no_fault(check: Check) -> None:
@@ -509,14 +509,14 @@ LINES = [
 def test_any_line_may_be_missing(tmp_path: Path) -> None:
     """Whatever line is lost, what is told has the form of a fault, and there is no traceback."""
     home = Workspace(tmp_path / "robot")
-    session.start(home, "starting")
+    packs.start(home, "starting")
     told = 0
     for file, number in LINES:
         path = home.root / "kg/starting" / file
         whole = path.read_text(encoding="utf-8")
         lines = whole.splitlines(keepends=True)
         path.write_text("".join(lines[:number] + lines[number + 1 :]), encoding="utf-8")
-        found = session.check_pack(home, "starting")[1]
+        found = validation.check_pack(home, "starting")[1]
         told += bool(found)
         assert [fault for fault in found if not FORM.fullmatch(fault)] == []
         path.write_text(whole, encoding="utf-8")
@@ -526,10 +526,10 @@ def test_any_line_may_be_missing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["kitchen", "household"])
 def test_a_bundled_pack_and_its_copy_have_no_fault(name: str, tmp_path: Path) -> None:
     home = Workspace(tmp_path / "robot")
-    assert session.check_pack(home, name)[1] == []
-    session.start(home, "copied", name)
+    assert validation.check_pack(home, name)[1] == []
+    packs.start(home, "copied", name)
     shutil.rmtree(home.root / ".git")
-    assert session.check_pack(home, "copied")[1] == []
+    assert validation.check_pack(home, "copied")[1] == []
 
 
 ONE_MISTAKE = {
@@ -544,14 +544,14 @@ ONE_MISTAKE = {
 @pytest.mark.parametrize("name", ONE_MISTAKE)
 def test_one_mistake_is_one_fault(tmp_path: Path, name: str) -> None:
     home = Workspace(tmp_path / "robot")
-    session.start(home, "mine", "kitchen")
+    packs.start(home, "mine", "kitchen")
     file, old, new, times = ONE_MISTAKE[name]
     path = home.root / "kg" / "mine" / file
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new, times), encoding="utf-8")
 
-    _, found, hints = session.check_pack(home, "mine")
+    _, found, hints = validation.check_pack(home, "mine")
 
     assert len(found) == 1, found
     assert FORM.fullmatch(found[0])

@@ -13,14 +13,13 @@ from typing import Any
 import pytest
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli import session
 from adaptbot_cli.adapters.store.engine import ask
 from adaptbot_cli.adapters.store.keeper import Held, start
 from adaptbot_cli.adapters.store.reading import check_files, read_files
 from adaptbot_cli.core import view
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import change, queries
+from adaptbot_cli.session import change, queries, replay
 from adaptbot_cli.session.knowledge import Home, differences, why
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, ex
@@ -82,7 +81,7 @@ def exponent(homes: list[tuple[Home, Home, Path]], work: Callable[..., object]) 
 
 def checked(home: Home, *_: object) -> None:
     home.kg.forget()
-    assert session.check(PLAN, task_for("make tea", home.kg), home.kg).goal_met
+    assert replay.check(PLAN, task_for("make tea", home.kg), home.kg).goal_met
 
 
 def shown(home: Home, *_: object) -> None:

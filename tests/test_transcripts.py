@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from adaptbot_cli import session
 from adaptbot_cli.adapters.transcript import Recorder, read
 from adaptbot_cli.core.turns import Ask, Checked, Learned, Propose
 from adaptbot_cli.resources import bundled
+from adaptbot_cli.session import replay
 from adaptbot_cli.session.graphs import kg_of
 from adaptbot_cli.workspace import Workspace
 
@@ -48,7 +48,7 @@ def recorded(source: Path, target: Path, *observers: Any) -> Any:
     with target.open("w", encoding="utf-8") as file:
         recorder = Recorder(file, kg_of(header, source, nowhere))
         recorder.header({k: v for k, v in header.items() if k != "adaptbot"})
-        result = session.replay(source, nowhere, [*observers, recorder])
+        result = replay.replay(source, nowhere, [*observers, recorder])
         recorder.finished(result)
     assert not nowhere.root.exists()
     return result

@@ -7,7 +7,7 @@ from adaptbot_cli.adapters.store.reading import load_kg, read_files
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import check
+from adaptbot_cli.session.replay import check
 from tests.bench.names import meant, measured
 
 KITCHEN = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")

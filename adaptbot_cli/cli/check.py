@@ -51,14 +51,14 @@ def check(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check a plan against this home: what does not fit, and what would mend it."""
-    from adaptbot_cli import session
+    from adaptbot_cli.session import graphs, replay
 
     home = workspace(workspace_dir)
     text = read_plan(plan)
     started = time.monotonic()
-    graph = session.load(home, domain_name(domain, home), kg or ())
+    graph = graphs.load(home, domain_name(domain, home), kg or ())
     wanted, banned = items(requires), items(without)
-    result = session.check_request(text, task, home, graph, wanted, banned, not no_repair)
+    result = replay.check_request(text, task, home, graph, wanted, banned, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 

@@ -180,9 +180,9 @@ def _git(home: "Workspace") -> Iterator[Check]:
 
 
 def _domain(home: "Workspace", name: str) -> Iterator[Check]:
-    from adaptbot_cli import session
+    from adaptbot_cli.session import graphs
 
-    kg = session.load(home, name)
+    kg = graphs.load(home, name)
     nodes, edges = kg.size()
     found = f"{len(kg.domain.actions)} actions, {nodes} nodes, {edges} edges"
     yield Check(f"domain {name}", "ok", found)

@@ -18,7 +18,7 @@ from adaptbot_cli.cli.help import Group, output_option
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
-    from adaptbot_cli.session import Started
+    from adaptbot_cli.session.packs import Started
     from adaptbot_cli.workspace import Workspace
 
 FAULTS = 3
@@ -34,15 +34,15 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
     from rich.table import Table
     from rich.text import Text
 
-    from adaptbot_cli import session
     from adaptbot_cli.errors import KnowledgeError
+    from adaptbot_cli.session import graphs
 
     home = workspace(workspace_dir)
     rows = []
     for name in home.domains():
         where = "workspace" if home.has(name) else "bundled"
         try:
-            domain = session.load(home, name).domain
+            domain = graphs.load(home, name).domain
         except KnowledgeError:
             about = f"cannot be read: see adaptbot domain check {name}"
             rows.append(_row(name, about, where, None, None))
@@ -78,10 +78,10 @@ def new_domain(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Start a domain of your own in the workspace: a small, commented pack that runs at once."""
-    from adaptbot_cli import session
+    from adaptbot_cli.session import packs
 
     home = workspace(workspace_dir)
-    _made(session.start(home, name, like), home, name)
+    _made(packs.start(home, name, like), home, name)
 
 
 @app.command("import")
@@ -95,10 +95,10 @@ def import_domain(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Make a pack of a PDDL domain (STRIPS and ADL), and of the things and goal of a problem."""
-    from adaptbot_cli import session
+    from adaptbot_cli.session import packs
 
     home = workspace(workspace_dir)
-    made = session.take_over(home, domain, problem, name)
+    made = packs.take_over(home, domain, problem, name)
     _made(made, home, made.kg.domain.name)
 
 
@@ -141,12 +141,12 @@ def check_domain(
     """
     from rich.text import Text
 
-    from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
+    from adaptbot_cli.session import validation
 
     home = workspace(workspace_dir)
     name = domain_name(name, home)
-    kg, found, hints = session.check_pack(home, name)
+    kg, found, hints = validation.check_pack(home, name)
     if json:
         print_json({"domain": name, "faults": found, "hints": hints})
         return FAULTS if found else 0
@@ -174,11 +174,11 @@ def domain_docs(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Describe a domain on a page: classes, questions, actions, tasks. Markdown when piped."""
-    from adaptbot_cli import session
     from adaptbot_cli.adapters.handbook import handbook
     from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.session import graphs
 
-    page = handbook(session.load(workspace(workspace_dir), name))
+    page = handbook(graphs.load(workspace(workspace_dir), name))
     out = console()
     if output is not None:
         try:

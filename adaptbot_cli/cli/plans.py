@@ -77,13 +77,13 @@ def show(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Show a kept plan, where it comes from, and what it comes to in this home today."""
-    from adaptbot_cli import session
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.display.words import plain_text
     from adaptbot_cli.adapters.planner.kept import asked_of, kept_plans, origin
     from adaptbot_cli.cli.run import exit_code
     from adaptbot_cli.core.summary import summary
     from adaptbot_cli.errors import KnowledgeError
+    from adaptbot_cli.session import graphs, replay
     from adaptbot_cli.session.graphs import reader
 
     home = home_of(workspace_dir, domain)
@@ -92,7 +92,7 @@ def show(
     if path in faults:
         raise KnowledgeError(faults[path])
     [plan] = [plan for plan in plans if plan.path == path]
-    graph = session.load(home.workspace, home.domain)
+    graph = graphs.load(home.workspace, home.domain)
     asked = plan.kept.get("request", plan.names[0])
     tasks = reader(graph, home.workspace)(asked).tasks
     task = next((task for task in tasks if asked_of(task) == plan.asked), None)
@@ -101,7 +101,7 @@ def show(
             f'"{asked}" is not read as it was when {path} was kept, so the plan serves nothing '
             f"now; adaptbot plans drop {path.stem}"
         )
-    result = session.check(plan.body, task, graph)
+    result = replay.check(plan.body, task, graph)
     if json:
         today = summary(result, graph, "kept plan", (None, None))
         print_json({**_as_json(plan), "today": today})

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.core.report import Result
-    from adaptbot_cli.session import Request, Session
+    from adaptbot_cli.session.build import Request, Session
     from adaptbot_cli.workspace import Workspace
 
 FINDINGS = 3
@@ -157,7 +157,7 @@ def run(
     named = domain_name(domain, home)
     screen = console(stderr=json)
     chosen = opened(screen, home, asked, named, model, api_base)
-    from adaptbot_cli.session import Request  # slow: the first line is there by now
+    from adaptbot_cli.session.build import Request  # slow: the first line is there by now
 
     request = Request(
         task=asked,
@@ -190,7 +190,7 @@ def run(
 
 def pursue(request: "Request", home: "Workspace", json: bool) -> int:
     """Pursue what is asked for, in this terminal; return the exit code."""
-    from adaptbot_cli.session import build
+    from adaptbot_cli.session.build import build
 
     screen = console(stderr=json)
     prompts = terminal()

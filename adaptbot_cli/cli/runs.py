@@ -217,9 +217,9 @@ def replay(
     """Replay transcripts: no key, no network; fails at the first turn that differs."""
     from rich.text import Text
 
-    from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.errors import ReplayError
+    from adaptbot_cli.session import replay
     from adaptbot_cli.session.runs import find_run
 
     home = workspace(workspace_dir)
@@ -228,7 +228,7 @@ def replay(
     for name in files:
         path = Path(name) if Path(name).suffix else find_run(home, name)
         try:
-            result = session.replay(path, home)
+            result = replay.replay(path, home)
         except ReplayError as error:
             failed += 1
             out.print(Text("✗ ", "red") + Text(visible(str(error))), soft_wrap=True)
@@ -305,26 +305,26 @@ def resume(
     """
     from rich.text import Text
 
-    from adaptbot_cli import session
     from adaptbot_cli.core.visible import visible
+    from adaptbot_cli.session import build, runs
 
     home = workspace(workspace_dir)
-    path = session.cut_off(home, run)
-    header = session.header_of(path)
+    path = runs.cut_off(home, run)
+    header = runs.header_of(path)
     domain = domain_name(_text(header, "domain") or None, home)
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
-    record = session.guarded(header)
-    own = session.is_own(path, header)
+    record = runs.guarded(header)
+    own = runs.is_own(path, header)
     if not own:
         its = ", ".join(["answers", *record])
-        if record != {"model": "library"} or session.answered(path):
+        if record != {"model": "library"} or runs.answered(path):
             note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
         record = {"model": "library"} if record.get("model") == "library" else {}
     model, base = _text(record, "model") or None, _text(record, "api_base") or None
     chosen = opened(screen, home, _text(header, "task"), domain, model, base, _ORIGIN)
     limits = {**home.settings, **record} if not own else record
-    request = session.Request(
+    request = build.Request(
         task=_text(header, "task"),
         domain=domain,
         chosen=chosen,

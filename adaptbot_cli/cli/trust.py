@@ -63,7 +63,7 @@ def _workspace(option: Path | None) -> tuple[Path, bytes, dict[str, object]]:
 
 
 def _transcript(path: Path) -> tuple[Path, bytes, dict[str, object]]:
-    from adaptbot_cli import session
+    from adaptbot_cli.session import runs
 
-    header = session.header_of(path)
-    return path, session.content_of(header), session.guarded(header)
+    header = runs.header_of(path)
+    return path, runs.content_of(header), runs.guarded(header)

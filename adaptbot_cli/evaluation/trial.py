@@ -52,8 +52,7 @@ from adaptbot_cli.evaluation.baseline import unaided
 from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.recordings import Recording
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import Ports, drive
-from adaptbot_cli.session.drive import Nowhere
+from adaptbot_cli.session.drive import Nowhere, Ports, drive
 
 
 def plant(facts: Sequence[Triple], kg: Kg, share: float, seed: int) -> list[Triple]:

@@ -32,7 +32,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Keep, Kept, Proposal, Propose
 from adaptbot_cli.core.tutor import pursue
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import Ports, drive
+from adaptbot_cli.session.drive import Ports, drive
 
 HERE = Path(__file__).parents[2]
 REPLANS = 3

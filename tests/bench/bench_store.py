@@ -18,7 +18,6 @@ import pytest
 import rdflib
 from rdflib import RDF, Literal
 
-from adaptbot_cli import session
 from adaptbot_cli.adapters.store.keeper import Keeper, start
 from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, read_files, triples
 from adaptbot_cli.adapters.store.turtle import serialize
@@ -26,6 +25,7 @@ from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.terms import ATTRIBUTES, STATES
 from adaptbot_cli.resources import bundled
+from adaptbot_cli.session import replay
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, ex, learned
 from tests.asking import task_for
@@ -133,7 +133,7 @@ def test_check(size: int, table: Table) -> None:
 
     def check() -> None:
         kg.forget()
-        assert session.check(PLAN, task, kg).goal_met
+        assert replay.check(PLAN, task, kg).goal_met
 
     _checks[size] = median(check, 15)
     table.add(f"check 13 steps, {size:,} things", _checks[size], _checks[SIZES[0]], "1.5x")

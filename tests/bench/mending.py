@@ -29,8 +29,7 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.core.tutor import inspect, pursue
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import Ports, drive
-from adaptbot_cli.session.drive import Nowhere
+from adaptbot_cli.session.drive import Nowhere, Ports, drive
 
 DOMAINS = ("kitchen", "household")
 

@@ -29,8 +29,7 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.tutor import inspect
 from adaptbot_cli.evaluation.recordings import Recording, read_recordings
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import Ports, drive
-from adaptbot_cli.session.drive import Nowhere
+from adaptbot_cli.session.drive import Nowhere, Ports, drive
 
 DOMAINS = {"cooking": "kitchen", "cleaning": "household"}
 PUBLISHED_SECONDS_A_STEP = 0.5

@@ -9,10 +9,9 @@ import pytest
 from rdflib import RDF, RDFS, Graph
 from rdflib.compare import isomorphic
 
-from adaptbot_cli import session
 from adaptbot_cli.core.terms import DATATYPES, local
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session import change, queries
+from adaptbot_cli.session import change, packs, queries
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.validation import validate
 from adaptbot_cli.workspace import Workspace
@@ -157,7 +156,7 @@ VALUES = {
 @pytest.mark.parametrize("datatype", [local(iri) for iri in DATATYPES])
 def test_a_value_of_any_datatype_comes_back(tmp_path: Path, datatype: str) -> None:
     workspace = Workspace(tmp_path / "robot")
-    session.start(workspace, "starting")
+    packs.start(workspace, "starting")
     pack = workspace.root / "kg" / "starting"
     value = f'"{VALUES[datatype]}"^^xsd:{datatype}'
     for file, more in (

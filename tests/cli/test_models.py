@@ -15,8 +15,9 @@ from adaptbot_cli.adapters.planner import local as found
 from adaptbot_cli.adapters.planner import provider
 from adaptbot_cli.adapters.transcript import Recorder, read
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.session import Request, build, replay
+from adaptbot_cli.session.build import Request, build
 from adaptbot_cli.session.graphs import load
+from adaptbot_cli.session.replay import replay
 from adaptbot_cli.workspace import Workspace, find
 from tests import loopback as server
 from tests.bench.synthetic import PLAN as TEA

@@ -12,7 +12,7 @@ from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session import check
+from adaptbot_cli.session.replay import check
 from tests.cli.command import Home
 
 up = pytest.importorskip("unified_planning.shortcuts")

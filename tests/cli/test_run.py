@@ -10,7 +10,7 @@ import pytest
 import yaml
 from rich.console import Console
 
-from adaptbot_cli import session
+from adaptbot_cli.session import build, graphs
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import ROOT, Ended, Home, mapped
 from tests.cli.shape import is_summary
@@ -230,7 +230,7 @@ def test_the_policy_of_the_paper(dry: Dry) -> None:
 
 def test_every_known_task_has_a_plan_that_meets_its_goal(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path / "none")
-    tasks = session.load(workspace, "kitchen").domain.tasks
+    tasks = graphs.load(workspace, "kitchen").domain.tasks
     assert len(tasks) >= 50
     failed = [task.name for task in tasks if not _goal_met(task.name, workspace)]
     assert failed == []
@@ -238,8 +238,8 @@ def test_every_known_task_has_a_plan_that_meets_its_goal(tmp_path: Path) -> None
 
 
 def _goal_met(task: str, workspace: Workspace) -> bool:
-    request = session.Request(task=task, domain="kitchen", model="library", dry_run=True)
-    with session.build(request, workspace, {}, Console(file=io.StringIO()), None) as built:
+    request = build.Request(task=task, domain="kitchen", model="library", dry_run=True)
+    with build.build(request, workspace, {}, Console(file=io.StringIO()), None) as built:
         return built.run().goal_met
 
 

@@ -52,10 +52,10 @@ def show(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Show what is known: all of it, one thing, place, class, action or task."""
-    from adaptbot_cli import session
+    from adaptbot_cli.session import graphs
 
     home = workspace(workspace_dir)
-    graph = session.load(home, domain_name(domain, home), kg or (), at)
+    graph = graphs.load(home, domain_name(domain, home), kg or (), at)
     if tasks or actions:
         plain, table = _listed(graph, tasks, actions)
     elif name is None:
@@ -148,13 +148,13 @@ def stats(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Count nodes and edges as the paper does, and what there is of each class."""
-    from adaptbot_cli import session
     from adaptbot_cli.adapters.tables import things
     from adaptbot_cli.core import view
     from adaptbot_cli.core.terms import local
+    from adaptbot_cli.session import graphs
 
     home = workspace(workspace_dir)
-    graph = session.load(home, domain_name(domain, home), kg or ())
+    graph = graphs.load(home, domain_name(domain, home), kg or ())
     record = {
         **_size(graph),
         "classes": {local(kind.iri): count for kind, count in view.counts(graph)},

@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.questions import Answer
 from adaptbot_cli.core.turns import Ask, Turn
-from adaptbot_cli.session import Request, build
+from adaptbot_cli.session.build import Request, build
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import begun, item, keeper
 from tests.adapters.store.kills import SEED

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli import session
 from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
@@ -17,6 +16,7 @@ from adaptbot_cli.adapters.store.trailers import answers, compose, parse
 from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.adapters.transcript import header_of, left_over, read, read_cut, unfinished
 from adaptbot_cli.errors import KnowledgeError, PackError, UsageError
+from adaptbot_cli.session import graphs
 from adaptbot_cli.session.build import recording
 from adaptbot_cli.workspace import Workspace, find
 from tests.adapters.store.homes import ORIGIN, begun, item, keeper, leek
@@ -52,7 +52,7 @@ def test_what_is_linked_is_not_followed(root: Path, tmp_path: Path, name: str) -
     assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
     if name != ".git/adaptbot":
         with pytest.raises(KnowledgeError, match="symbolic link"):
-            session.load(Workspace(root), "kitchen")
+            graphs.load(Workspace(root), "kitchen")
 
 
 def test_linked_transcripts_are_refused(root: Path, tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_a_library_plan_is_not_read_through_a_link(root: Path, tmp_path: Path) -
 
 def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(root: Path) -> None:
     _fifo(root / "kg/kitchen/state.ttl")
-    for work in (lambda: session.load(Workspace(root), "kitchen"), lambda: begun(root)):
+    for work in (lambda: graphs.load(Workspace(root), "kitchen"), lambda: begun(root)):
         with pytest.raises(KnowledgeError, match="state.ttl is no file"):
             work()
 
@@ -232,7 +232,7 @@ def test_a_workspace_of_another_user_is_used_only_when_named(
     with pytest.raises(KnowledgeError, match="belongs to another user.*--workspace"):
         find(None)
     assert find(root).root == root
-    assert session.load(find(root), "kitchen").find("leek")
+    assert graphs.load(find(root), "kitchen").find("leek")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX only")
