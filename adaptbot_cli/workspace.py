@@ -91,7 +91,7 @@ SETTINGS: dict[str, Setting] = {
     "max_cost": Setting("an amount in US dollars", _number),
     "temperature": Setting("a number from 0 to 2", lambda v: _number(v) and v <= 2, 0.0),
     "seed": Setting("a whole number", lambda value: type(value) is int, 0),
-    "domain": Setting("a text", _text, "kitchen"),
+    "domain": Setting("a text", lambda value: _text(value) and value != "", "kitchen"),
     "policy": _one_of("tutor", "paper"),
     "world": Setting("a text", lambda value: _text(value) and value != ""),
     "act_timeout": Setting("a number of seconds", lambda v: _number(v) and v > 0, 60.0),

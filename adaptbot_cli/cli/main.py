@@ -146,7 +146,9 @@ def carry_out(
         raise SystemExit(1) from None
 
 
-_NOT_MEANT: type[Any] = typer.BadParameter.__mro__[2]
+_NOT_MEANT: type[Any] = next(
+    each for each in typer.BadParameter.__mro__ if each.__name__ == "ClickException"
+)
 """What typer raises of all that it cannot read; it has no public name in every version."""
 
 

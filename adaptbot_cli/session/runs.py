@@ -73,7 +73,8 @@ def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[Pas
     return found
 
 
-_LENGTHS = tuple(map(len, ("20261130T1058", "20261130T105812", "20261130T105812564")))
+_LENGTHS = (13, 15, 18)
+"""How much of a run's time may tell it from others: to the minute, the second, the millisecond."""
 
 
 def _short_ids(paths: Sequence[Path]) -> dict[Path, str]:
