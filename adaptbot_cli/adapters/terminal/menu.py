@@ -123,9 +123,11 @@ class Menu(ABC):
         return lines
 
     def _help(self, numbered: bool, width: int) -> list[Line]:
-        moving = [("a number", "that line"), ("esc", self.back)] if numbered else [("↑ ↓", "move")]
-        escape = [("Esc", self.back)] if not numbered else []
-        found = [*moving, *self.keys(), *escape, ("Ctrl-C", "stop"), ("?", "hide this")]
+        if numbered:
+            found = [("a line", self.by_line()), ("b", self.back)]
+        else:
+            found = [("↑ ↓", "move"), *self.keys(), ("Esc", self.back)]
+        found += [("Ctrl-C", "stop"), ("?", "hide this")]
         text = ", ".join(f"{key}: {what}" for key, what in found if what)
         return [[("then", f"   {part}")] for part in wrap(text, max(width - 5, 20))]
 
