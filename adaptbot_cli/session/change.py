@@ -206,6 +206,14 @@ def last_learned(home: Home) -> str | None:
     return None
 
 
+def last_done(home: Home) -> str | None:
+    """Return the newest commit if it holds what a robot did or saw, which is no answer."""
+    from adaptbot_cli.session.knowledge import chapters
+
+    newest = next(iter(chapters(home, None)), None)
+    return newest.origin.revision if newest and newest.origin.source == "state" else None
+
+
 def suggestions(home: Home) -> ProposedChange:
     """Propose to take back all that was taken as it was suggested and that nobody has said since.
 

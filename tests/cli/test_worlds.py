@@ -147,6 +147,8 @@ def test_nobody_to_ask_is_as_far_as_it_comes(home: Home) -> None:
     assert [s["done"] for s in told["steps"]][:4] == ["done", "done", "failed", "not tried"]
     assert "E601" in {finding["code"] for finding in told["findings"]}
     assert home.adaptbot("kg", "show", "egg", "--json").json()["place"] is None
+    undone = home.adaptbot("undo", "--yes")
+    assert undone.code == 2 and "is no answer: adaptbot kg revert" in undone.said
 
 
 def test_a_whole_home_is_taken_as_it_is_and_what_it_does_not_name_is_not_there(home: Home) -> None:

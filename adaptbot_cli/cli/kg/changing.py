@@ -12,6 +12,7 @@ from adaptbot_cli.cli.common import (
     WorkspaceOption,
     console,
     home_of,
+    note,
     print_json,
     terminal,
 )
@@ -149,9 +150,13 @@ def undo(
     plan = change.last_plan(home)
     if plan is not None:
         return _plan_taken_back(home, plan, yes, dry_run, json)
-    latest = change.last_learned(home)
+    latest, done = change.last_learned(home), change.last_done(home)
+    hint = f"what the robot did or saw last is no answer: adaptbot kg revert {(done or '')[:7]}"
     if latest is None:
-        raise UsageError(f"nothing that was learned of the {home.domain} is left to take back")
+        text = f"nothing that was learned of the {home.domain} is left to take back"
+        raise UsageError(f"{text}; {hint}" if done else text)
+    if done:
+        note(hint)
     return revert(latest, None, yes, dry_run, domain, json, workspace_dir)
 
 
