@@ -4,10 +4,20 @@ It lies where only the user writes, never in a workspace; whatever is wrong with
 nothing else.
 """
 
+import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
+
+
+def key_of(parts: Iterable[bytes]) -> str:
+    """Return the key of what is worked out of some parts: where one ends makes a difference."""
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(b"%d\n" % len(part))
+        digest.update(part)
+    return digest.hexdigest()
 
 
 def read(kind: str, key: str) -> bytes | None:
@@ -28,7 +38,8 @@ def write(kind: str, key: str, data: bytes, most: int) -> None:
         new = path.with_name(f"{path.name}.{os.getpid()}")
         new.write_bytes(data)
         new.replace(path)
-        for old in list(_by_use(path.parent))[:-most]:
+        by_use = sorted(path.parent.iterdir(), key=lambda each: each.stat().st_mtime)
+        for old in by_use[:-most]:
             old.unlink(missing_ok=True)
 
 
@@ -36,7 +47,3 @@ def _folder(kind: str) -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("adaptbot", appauthor=False) / kind
-
-
-def _by_use(folder: Path) -> Iterator[Path]:
-    yield from sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime)

@@ -14,8 +14,9 @@ import pytest
 from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli.adapters.store.engine import ask
+from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.keeper import Held, start
-from adaptbot_cli.adapters.store.reading import check_files, read_files
+from adaptbot_cli.adapters.store.reading import check_files
 from adaptbot_cli.core import view
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.resources import bundled

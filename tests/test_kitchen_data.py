@@ -7,7 +7,8 @@ from rdflib import RDF
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core import suggest
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Question, Suggestion

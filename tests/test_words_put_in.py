@@ -3,7 +3,8 @@
 import pytest
 
 from adaptbot_cli.adapters.lexicon import NoLexicon, WordNet
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.resources import bundled

@@ -6,7 +6,6 @@ which every request asks, is looked up in the same files.
 """
 
 import atexit
-import hashlib
 import io
 import json
 import sys
@@ -249,7 +248,7 @@ class _Answers:
 
     def __init__(self, folder: Path) -> None:
         sums, code = _Files(folder).text(CHECKSUMS), Path(__file__).read_text("utf-8")
-        self._key = hashlib.sha256(f"{folder}\n{sums}{code}".encode()).hexdigest()
+        self._key = cache.key_of(text.encode() for text in (str(folder), sums, code))
         self.answers: dict[str, tuple[Related, ...]] = {}
         with suppress(ValueError, TypeError, AttributeError):
             kept = json.loads(cache.read(_KIND, self._key) or b"{}")

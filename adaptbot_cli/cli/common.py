@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
+import typer
+
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.help import (
     home_option,
@@ -62,6 +64,15 @@ WithoutOption = Annotated[
 KgOption = Annotated[
     list[Path] | None,
     home_option("--kg", metavar="FILE", help="A Turtle graph to use instead of the workspace's."),
+]
+AtOption = Annotated[
+    str | None,
+    typer.Option(
+        "--at",
+        metavar="REV",
+        help="As it was at a revision.",
+        autocompletion=completion.revisions,
+    ),
 ]
 ApiBaseOption = Annotated[
     str | None,

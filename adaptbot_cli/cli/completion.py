@@ -5,7 +5,6 @@ Tab reads a graph twice. A Tab only looks: where anything is wrong it completes 
 command says why.
 """
 
-import hashlib
 import os
 import re
 from collections.abc import Callable, Iterator
@@ -41,11 +40,8 @@ def index(home: "Workspace", domain: str) -> dict[str, list[str]]:
     from adaptbot_cli import cache
 
     files = home.files(domain)
-    digest = hashlib.sha256(_FORM)
-    for part in (part for name, data in files.items() for part in (name.encode(), data)):
-        digest.update(b"%d\n" % len(part))
-        digest.update(part)
-    key = digest.hexdigest()
+    parts = (part for name, data in files.items() for part in (name.encode(), data))
+    key = cache.key_of((_FORM, *parts))
     data = cache.read("names", key)
     if data is None:
         data = "\n".join(_rows(files, str(home.folder(domain)))).encode()
@@ -119,11 +115,16 @@ def _named(*kinds: str) -> Callable[..., list[Any]]:
     return _completer(find)
 
 
-def _runs(home: "Workspace", domain: str) -> Pairs:
+def _stems(home: "Workspace", folder: str, ending: str) -> list[str]:
+    """The names of a workspace's files of a kind, sorted; no link is followed."""
     from adaptbot_cli.adapters.store import files
 
-    found = (n for n in files.names(home.root, "transcripts") if n.endswith(".yaml"))
-    stems = sorted((name.removesuffix(".yaml") for name in found), reverse=True)
+    names = files.names(home.root, folder)
+    return sorted(name.removesuffix(ending) for name in names if name.endswith(ending))
+
+
+def _runs(home: "Workspace", domain: str) -> Pairs:
+    stems = reversed(_stems(home, "transcripts", ".yaml"))
     return ((when, task) for when, _, task in (stem.partition("-") for stem in stems))
 
 
@@ -146,10 +147,7 @@ def _settings(home: "Workspace", domain: str) -> Pairs:
 
 
 def _plans(home: "Workspace", domain: str) -> Pairs:
-    from adaptbot_cli.adapters.store import files
-
-    found = files.names(home.root, f"plans/{domain}")
-    return ((name.removesuffix(".plan"), "") for name in sorted(found) if name.endswith(".plan"))
+    return ((stem, "") for stem in _stems(home, f"plans/{domain}", ".plan"))
 
 
 domains = _completer(lambda home, _: ((name, "") for name in home.domains()))

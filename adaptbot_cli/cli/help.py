@@ -3,6 +3,7 @@
 import difflib
 import re
 import shlex
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -155,6 +156,11 @@ PROGRAM = "adaptbot"
 _SURE = 0.8
 
 
+def nearest(word: str, known: Iterable[str], alike: float) -> str | None:
+    """Return the known word that a word is a misspelling of, None if it is none's."""
+    return next(iter(difflib.get_close_matches(word, list(known), 1, alike)), None)
+
+
 class Group(TyperGroup):
     """Says of a word that is no command which one it was to be, or how to ask for a task.
 
@@ -193,7 +199,7 @@ class Group(TyperGroup):
 
     def nearest(self, word: str, alike: float = 0.6) -> str | None:
         """Return the command that a word is a misspelling of, if it is one."""
-        return next(iter(difflib.get_close_matches(word, list(self.commands), 1, alike)), None)
+        return nearest(word, self.commands, alike)
 
     @staticmethod
     def _instead(path: str, args: list[str], near: str | None) -> str:

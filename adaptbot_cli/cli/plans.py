@@ -79,7 +79,7 @@ def show(
     """Show a kept plan, where it comes from, and what it comes to in this home today."""
     from adaptbot_cli.adapters.display import Screen
     from adaptbot_cli.adapters.display.words import plain_text
-    from adaptbot_cli.adapters.planner.kept import asked_of, kept_plans, origin
+    from adaptbot_cli.adapters.planner.kept import asked_of, origin
     from adaptbot_cli.cli.run import exit_code
     from adaptbot_cli.core.summary import summary
     from adaptbot_cli.errors import KnowledgeError
@@ -87,11 +87,9 @@ def show(
     from adaptbot_cli.session.graphs import reader
 
     home = home_of(workspace_dir, domain)
-    path = _named(home, name)
-    plans, faults = kept_plans(home.workspace.kept_plans(home.domain))
-    if path in faults:
-        raise KnowledgeError(faults[path])
-    [plan] = [plan for plan in plans if plan.path == path]
+    path, plan = _named(home, name)
+    if isinstance(plan, str):
+        raise KnowledgeError(plan)
     graph = graphs.load(home.workspace, home.domain)
     asked = plan.kept.get("request", plan.names[0])
     tasks = reader(graph, home.workspace)(asked).tasks
@@ -126,7 +124,7 @@ def drop(
     from adaptbot_cli.session.change import KeptFile, keep_file
 
     home = home_of(workspace_dir, domain)
-    path = _named(home, name)
+    path, _ = _named(home, name)
     if not (yes or agreed(console(), f'Drop the plan "{path.stem}"?')):
         typer.echo("nothing was changed", err=True)
         return
@@ -137,19 +135,24 @@ def drop(
     )
 
 
-def _named(home: "Home", name: str) -> Path:
-    """The file of a kept plan that a name means. Raises UsageError: there is none, or several."""
+def _named(home: "Home", name: str) -> "tuple[Path, LibraryPlan | str]":
+    """The file of a kept plan that a name means, with the plan or what is wrong with it.
+
+    Raises:
+        UsageError: there is none, or there are several.
+    """
     from adaptbot_cli.adapters.planner.kept import kept_plans
     from adaptbot_cli.core.learning import safe_name
     from adaptbot_cli.errors import UsageError
 
     plans, faults = kept_plans(home.workspace.kept_plans(home.domain))
-    asked = {plan.path: plan.kept.get("request", "") for plan in plans} | dict.fromkeys(faults, "")
-    fitting = [p for p in asked if name in (p.stem, asked[p])]
-    fitting = fitting or [p for p in asked if p.stem.startswith((name, safe_name(name)))]
+    there: dict[Path, LibraryPlan | str] = {**{plan.path: plan for plan in plans}, **faults}
+    asked = {plan.path: plan.kept.get("request") for plan in plans}
+    fitting = [p for p in there if name in (p.stem, asked.get(p))]
+    fitting = fitting or [p for p in there if p.stem.startswith((name, safe_name(name)))]
     if len(fitting) == 1:
-        return fitting[0]
-    names = ", ".join(path.stem for path in fitting or asked) or "none"
+        return fitting[0], there[fitting[0]]
+    names = ", ".join(path.stem for path in fitting or there) or "none"
     if fitting:
         raise UsageError(f'"{name}" may mean {len(fitting)} plans: {names}; write more of the name')
     raise UsageError(f'no plan "{name}" is kept for the {home.domain}; kept are: {names}')

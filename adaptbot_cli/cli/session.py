@@ -79,13 +79,12 @@ def arguments_of(line: str, domain: str, commands: frozenset[str]) -> list[str]:
 
 def _misspelt(word: str, commands: frozenset[str]) -> str:
     """The command that a line's first word is a slip for, "" if it may begin a task."""
-    from difflib import get_close_matches
-
     from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.cli.help import nearest
 
     known = {*SHORT, *commands, "domain", "help", "quit", "exit"}
-    near = "" if word in known else next(iter(get_close_matches(word, known, 1, 0.75)), "")
-    return "" if near and WordNet().senses(word) else near
+    near = None if word in known else nearest(word, sorted(known), 0.75)
+    return near if near and not WordNet().senses(word) else ""
 
 
 def _words(line: str) -> list[str]:

@@ -17,7 +17,8 @@ from typing import Any, TextIO
 
 from adaptbot_cli import __version__, bounded
 from adaptbot_cli.adapters.planner.prompts import style_of
-from adaptbot_cli.adapters.store.reading import read_files, read_graphs
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import read_graphs
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.errors import AdaptbotError, UsageError
 from adaptbot_cli.evaluation.measures import Trial
@@ -356,7 +357,7 @@ class Experiment:
         if rules.model is None or rules.keep:  # what was kept is shown to the model
             return
         for n, row in enumerate(self.rows):
-            first = first_answer(row, self.world, self.setup.rules)
+            first = first_answer(row, self.world, rules)
             self.rows[n] = replace(row, answers={ARMS[0]: (first,)})
 
     def left(self, results: Results) -> int:

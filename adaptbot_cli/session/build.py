@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -184,7 +184,8 @@ def build(
     start = None if request.dry_run else started_on(request.domain, workspace)
     kg = start.kg if start else load(workspace, request.domain)
     words = WordNet()
-    read = reader(kg, workspace, request.requires, request.without, words)
+    # Read for the plans that are kept, and by the run: once.
+    read = cache(reader(kg, workspace, request.requires, request.without, words))
     kept, broken = kept_plans(workspace.kept_plans(request.domain))
     planner = _planner(request, chosen, environ, kg, workspace, console, kept)
     with ExitStack() as stack:
@@ -305,13 +306,7 @@ def _planner(
     limits = Limits(request.max_tokens, request.max_cost, request.timeout or SECONDS)
     return Model(
         chosen.model,
-        Prompts(
-            bundled("prompts"),
-            kg,
-            library,
-            style_of(request.prompt),
-            kept=tuple(kept),
-        ),
+        Prompts(bundled("prompts"), kg, library, style_of(request.prompt), kept=tuple(kept)),
         Asking(request.temperature, request.seed, chosen.api_base),
         Budget(limits, spent(request.resumes) if request.resumes else []),
         secrets(environ, chosen.api_base),

@@ -61,7 +61,8 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
         UsageError: its domain is none of those there are, or it cannot be played again.
         KnowledgeError: the workspace has no such revision.
     """
-    from adaptbot_cli.adapters.store.reading import load_kg, read_files
+    from adaptbot_cli.adapters.store.files import read_files
+    from adaptbot_cli.adapters.store.reading import load_kg
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.resources import bundled
 

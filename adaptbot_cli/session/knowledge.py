@@ -100,7 +100,7 @@ class Home:
     @cached_property
     def pack(self) -> frozenset[Triple]:
         """The single facts that the bundled domain came with; none if it is not bundled."""
-        from adaptbot_cli.adapters.store.reading import read_files
+        from adaptbot_cli.adapters.store.files import read_files
         from adaptbot_cli.adapters.store.versions import facts_of
         from adaptbot_cli.resources import bundled
 

@@ -36,8 +36,9 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
     from rdflib import URIRef
 
     from adaptbot_cli.adapters.planner.library import library_files
+    from adaptbot_cli.adapters.store.files import read_files
     from adaptbot_cli.adapters.store.keeper import create, renamed, settled
-    from adaptbot_cli.adapters.store.reading import load_kg, read_files
+    from adaptbot_cli.adapters.store.reading import load_kg
     from adaptbot_cli.resources import bundled
 
     _refuse(workspace, name)

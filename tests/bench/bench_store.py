@@ -18,8 +18,9 @@ import pytest
 import rdflib
 from rdflib import RDF, Literal
 
+from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.keeper import Keeper, start
-from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, read_files, triples
+from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, triples
 from adaptbot_cli.adapters.store.turtle import serialize
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg

@@ -22,7 +22,8 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import FACT_FILES
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 from tests.bench.synthetic import FACTS_A_THING, PLAN, grown

@@ -18,7 +18,8 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.lexicon import WordNet
-from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.core import asking, learning, suggest
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Kind

@@ -7,7 +7,8 @@ import pytest
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans, plan_file
 from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, KeptPlan, Task

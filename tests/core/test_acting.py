@@ -6,7 +6,8 @@ import pytest
 from rdflib import RDF, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.core.acting import draft as passages
 from adaptbot_cli.core.acting.draft import Draft, from_action, written

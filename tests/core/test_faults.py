@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, RDFS, Literal, URIRef
 
-from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import fact_faults, faults
 from adaptbot_cli.core.faults import new_faults as new_faults_of

@@ -4,7 +4,8 @@ from collections.abc import Generator
 
 import pytest
 
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.journal import Journal

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal
 
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.merging import Facts, Merge, conflicts, question, side_of
 from adaptbot_cli.core.questions import Answer

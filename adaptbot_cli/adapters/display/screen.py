@@ -144,8 +144,9 @@ class Screen:
         """Show the plan, unless its text has been shown before: each answer changes it a little.
         Where it is asked about as a `whole` it is shown if any of it has changed."""
         report, shown = self._report, self._shown
-        seen = report is not None and shown is not None and report.text == shown.text
-        if report is None or (seen and not (whole and shown and report.steps != shown.steps)):
+        if report is None:
+            return
+        if shown and (report.steps == shown.steps if whole else report.text == shown.text):
             return
         self._shown = report
         self._gap()

@@ -5,7 +5,6 @@ read without a fault is not read again until its files or this program change. W
 workspace's: it lies where only the user writes, and what is taken from there is values alone.
 """
 
-import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
@@ -33,7 +32,7 @@ def kept(files: tuple[bytes, ...], read: Callable[[], Read]) -> Read:
 
     Raises what `read` raises: nothing is kept of a pack with faults.
     """
-    key = _key(files)
+    key = cache.key_of((_program().encode(), *files))
     data = cache.read(_KIND, key)
     with suppress(ValueError, TypeError, AttributeError, EOFError, pickle.PickleError):
         found: Read = _Values(BytesIO(data or b"")).load()
@@ -42,14 +41,6 @@ def kept(files: tuple[bytes, ...], read: Callable[[], Read]) -> Read:
     read_now = read()
     cache.write(_KIND, key, pickle.dumps(read_now, protocol=5), _MOST)
     return read_now
-
-
-def _key(files: tuple[bytes, ...]) -> str:
-    digest = hashlib.sha256(_program().encode())
-    for data in files:
-        digest.update(b"%d\n" % len(data))
-        digest.update(data)
-    return digest.hexdigest()
 
 
 @lru_cache(maxsize=1)

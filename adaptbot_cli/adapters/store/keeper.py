@@ -16,6 +16,7 @@ from rdflib import RDF, RDFS, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store import files as disk
+from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import UNFINISHED, Repo
 from adaptbot_cli.adapters.store.reading import (
     FACT_FILES,
@@ -24,7 +25,6 @@ from adaptbot_cli.adapters.store.reading import (
     misplaced,
     parse,
     paths_of,
-    read_files,
 )
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
 from adaptbot_cli.adapters.store.turtle import parsed, rewrite, statements, tokens
@@ -197,8 +197,7 @@ class Keeper:
         plans: dict[str, bytes | None] = {}
         for lesson in turn.lessons:
             if lesson.plan and self.plan_file is not None:
-                source = self.origin.planner, self.origin.transcript
-                name, data = self.plan_file(lesson, *source)
+                name, data = self.plan_file(lesson, self.origin.planner, self.origin.transcript)
                 plans[f"plans/{self.domain}/{name}"] = data
         return Kept(self.change(change, message, turn.lessons, hint, plans))
 
@@ -249,7 +248,7 @@ class Keeper:
             broken = held.new_faults(change, changed) if changed else []
             if broken:
                 raise KnowledgeError(refusal(self._where, broken, lessons, hint))
-            if edits := repo.dirty([path for path in others if path]):
+            if edits := repo.dirty(list(others)):
                 commit_hand_edits(repo, self.domain, edits, "", self.origin.now())
             written = {
                 path: data for path, data in others.items() if data != disk.read(self.root, path)

@@ -9,7 +9,6 @@ from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import domains, turtle
-from adaptbot_cli.adapters.store.files import read_files as read_files  # by its older name too
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg

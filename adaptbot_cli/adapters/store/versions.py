@@ -18,8 +18,9 @@ from pyoxigraph import BlankNode, Literal
 from rdflib import RDFS
 from rdflib.term import Node
 
+from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.reading import FACT_FILES, read_files
+from adaptbot_cli.adapters.store.reading import FACT_FILES
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
 from adaptbot_cli.adapters.store.turtle import engine, parsed
 from adaptbot_cli.core.changes import Changes, PackEntry

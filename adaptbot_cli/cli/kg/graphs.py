@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    AtOption,
     DomainOption,
     JsonOption,
     KgOption,
@@ -112,15 +112,7 @@ def export(
     output: Annotated[
         Path | None, output_option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
     ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option(
-            "--at",
-            metavar="REV",
-            help="As it was at a revision.",
-            autocompletion=completion.revisions,
-        ),
-    ] = None,
+    at: AtOption = None,
     domain: DomainOption = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:

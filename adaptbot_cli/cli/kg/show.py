@@ -8,6 +8,7 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    AtOption,
     DomainOption,
     JsonOption,
     KgOption,
@@ -35,15 +36,7 @@ def show(
             autocompletion=completion.anything,
         ),
     ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option(
-            "--at",
-            metavar="REV",
-            help="As it was at a revision.",
-            autocompletion=completion.revisions,
-        ),
-    ] = None,
+    at: AtOption = None,
     tasks: Annotated[bool, typer.Option("--tasks", help="List the tasks that are known.")] = False,
     actions: Annotated[bool, typer.Option("--actions", help="List the actions.")] = False,
     domain: DomainOption = None,

@@ -17,7 +17,8 @@ from adaptbot_cli.adapters.planner.prompts import (
     Prompts,
     Style,
 )
-from adaptbot_cli.adapters.store.reading import load_kg, read_files, read_graphs
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding

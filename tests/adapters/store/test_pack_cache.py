@@ -8,7 +8,8 @@ import pytest
 
 from adaptbot_cli import cache
 from adaptbot_cli.adapters.store import reading
-from adaptbot_cli.adapters.store.reading import load_domain, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_domain
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.errors import PackError
 from adaptbot_cli.resources import bundled

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 import yaml
 
-from adaptbot_cli.adapters.store.reading import load_kg, read_files
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.parse import Vocabulary, parse
 from adaptbot_cli.resources import bundled
 
