@@ -1,6 +1,6 @@
 """The knowledge graph of this home: G_k and G_s (paper, III-A), asked by SPARQL."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
@@ -13,7 +13,8 @@ from rdflib.term import Node
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, UndoLog
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
-from adaptbot_cli.core.names import Spellings, folded, normal, variants, without_s, words
+from adaptbot_cli.core.index import FOLDED, NUMBERED, WITHOUT_S, WORD, NameIndex, key_of
+from adaptbot_cli.core.names import variants, words
 from adaptbot_cli.core.sparql import is_plain, variables
 from adaptbot_cli.core.terms import (
     AB,
@@ -54,11 +55,7 @@ class _Known:
     names: dict[str, tuple[URIRef, ...]] = field(default_factory=dict)
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
-    keys: dict[tuple[object, ...], dict[object, list[URIRef]]] = field(default_factory=dict)
-    unnamed: list[URIRef] | None = None
     instances: dict[frozenset[Node], list[URIRef]] = field(default_factory=dict)
-    tagged: dict[URIRef, dict[str, list[URIRef]]] = field(default_factory=dict)
-    alike: Spellings[Node] | None = None
     every: frozenset[str] | None = None
     size: tuple[int, int] | None = None
 
@@ -121,6 +118,7 @@ class Kg:
     _changes: dict[Asked, Delta] = field(default_factory=dict)
     _values: dict[tuple[str, Asked], tuple[Node, ...]] = field(default_factory=dict)
     _index: ActionIndex | None = None
+    _spellings: NameIndex | None = None
 
     def __post_init__(self) -> None:
         self._line = UndoLog(self._write)
@@ -281,81 +279,73 @@ class Kg:
                     }
                     if found:
                         return tuple(sorted(found))
-        for form in map(folded, variants(name)):
+        for form in variants(name):
             for predicates in (self.named_by, (AB.alias,)):
-                things = self._by_name(folded, predicates).get(form, ())
-                if alike := {thing for thing in things if self.classes(thing)}:
-                    return tuple(sorted(alike))
+                if alike := self._keyed(FOLDED, key_of(FOLDED, form), predicates):
+                    return alike
         return ()
 
     def numbered(self, base: str) -> tuple[URIRef, ...]:
         """Return the things whose names are a name and a number: toy_1 and toy_2 of "toy"."""
-        return tuple(self._by_name(_without_number, self.named_by).get(base, ()))
+        return self._keyed(NUMBERED, base, self.named_by)
 
-    def _by_name(
-        self, key: Callable[[str], object], predicates: tuple[URIRef, ...]
-    ) -> dict[object, list[URIRef]]:
-        """The things by what a function makes of their names: worked out once, from names alone."""
-        index = self._known.keys.get((key, predicates))
-        if index is None:
-            index = self._known.keys[key, predicates] = {}
-            for thing, name in self._named(predicates):
-                index.setdefault(key(name), []).append(thing)
-        return index
+    def _keyed(self, form: int, key: str, predicates: Iterable[URIRef]) -> tuple[URIRef, ...]:
+        """The things of the domain's classes that have a name with a key among some predicates."""
+        return tuple(
+            thing
+            for thing in map(URIRef, self._names.things(form, key))
+            if any(key_of(form, text) == key for p in predicates for text in self._texts(thing, p))
+            and self.classes(thing)
+        )
 
-    def _named(self, predicates: Iterable[URIRef]) -> Iterator[tuple[URIRef, str]]:
-        """Every thing with each of its names."""
-        for predicate in predicates:
-            for quad in self.engine.quads_for_pattern(None, term_of(predicate), None, None):
-                if isinstance(quad.subject, pyoxigraph.NamedNode):
-                    yield URIRef(quad.subject.value), _text(quad.object)
+    @property
+    def _names(self) -> NameIndex:
+        """The index of all names, made when it is first needed."""
+        if self._spellings is None:
+            self._spellings = NameIndex()
+            self._spellings.add(self.all_named())
+        return self._spellings
 
-    def _alike(self, key: Callable[[str], object], wanted: object) -> tuple[URIRef, ...]:
-        """The things of the domain's classes whose own names a function makes the same of."""
-        if self._known.unnamed is None:
-            named = {thing for thing, _ in self._named(self.named_by)}
-            self._known.unnamed = [t for t in self.instances(self.domain.kinds) if t not in named]
-        things = [*self._by_name(key, self.named_by).get(wanted, ()), *self._known.unnamed]
-        found = {t for t in things if self.classes(t) and key(self.name(t)) == wanted}
-        return tuple(sorted(found))
+    def all_named(self) -> Iterator[tuple[str, str]]:
+        """Give every thing with each of its names, or with the end of its IRI if it has none."""
+        named = set()
+        for predicate in (*self.named_by, AB.alias):
+            for thing, name in self._named(predicate):
+                named.add(thing)
+                yield thing, name
+        unnamed = (t for t in self.instances(self.domain.kinds) if str(t) not in named)
+        yield from ((str(thing), local(thing)) for thing in unnamed)
+
+    def _named(self, predicate: URIRef) -> Iterator[tuple[str, str]]:
+        for quad in self.engine.quads_for_pattern(None, term_of(predicate), None, None):
+            if isinstance(quad.subject, pyoxigraph.NamedNode):
+                yield quad.subject.value, _text(quad.object)
 
     def _called(self, text: str, predicate: URIRef) -> Iterator[URIRef]:
         value = pyoxigraph.Literal(text)
         for quad in self.engine.quads_for_pattern(None, term_of(predicate), value, None):
             if isinstance(quad.subject, pyoxigraph.NamedNode):
                 yield URIRef(quad.subject.value)
-        yield from self._in_languages(predicate).get(text, ())
-
-    def _in_languages(self, predicate: URIRef) -> Mapping[str, Sequence[URIRef]]:
-        """The entities by those names that have a language, such as "leek"@en."""
-        if predicate not in self._known.tagged:
-            found: dict[str, list[URIRef]] = {}
-            query = f"SELECT ?s ?n WHERE {{ ?s <{predicate}> ?n FILTER(LANG(?n) != '') }}"
-            rows: Any = self.engine.query(query, use_default_graph_as_union=True)
-            for subject, name in rows:
-                if isinstance(subject, pyoxigraph.NamedNode):
-                    found.setdefault(name.value, []).append(URIRef(subject.value))
-            self._known.tagged[predicate] = found
-        return self._known.tagged[predicate]
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
-        return self._alike(without_s, without_s(name))
+        wanted = key_of(WITHOUT_S, name)
+        found = map(URIRef, self._names.things(WITHOUT_S, wanted))
+        return tuple(
+            t for t in found if key_of(WITHOUT_S, self.name(t)) == wanted and self.classes(t)
+        )
 
     def with_head(self, word: str) -> tuple[URIRef, ...]:
         """Return the things whose names end in a word, as a cutting board does in board."""
-        return self._alike(_head, (word,))
+        found = map(URIRef, self._names.things(WORD, word))
+        return tuple(t for t in found if words(self.name(t))[-1:] == (word,) and self.classes(t))
 
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with
         a name: those that share the most pairs of letters with it."""
-        if self._known.alike is None:
-            self._known.alike = Spellings()
-            for entity, text in self._named(self.named_by):
-                self._known.alike.add(text, entity)
         wanted = frozenset(classes)
-        found = (self.name(e) for e in self._known.alike.alike(name) if self.is_a(e, wanted))
-        return list(islice(found, most))
+        found = (URIRef(iri) for iri in self._names.alike(name))
+        return list(islice((self.name(e) for e in found if self.is_a(e, wanted)), most))
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""
@@ -378,7 +368,8 @@ class Kg:
     def names(self) -> frozenset[str]:
         """Return the names of all things."""
         if self._known.every is None:
-            self._known.every = frozenset(name for _, name in self._named(self.named_by))
+            found = (name for p in self.named_by for _, name in self._named(p))
+            self._known.every = frozenset(found)
         return self._known.every
 
     def classes(self, entity: Node) -> frozenset[Node]:
@@ -491,9 +482,29 @@ class Kg:
 
     def learn(self, delta: Delta) -> None:
         """Change the graph for good and forget what was worked out from the old one."""
+        size, subjects = self._known.size, {s for s, _, _ in delta.removed | delta.added}
+        before = [self._edges(subject) for subject in subjects] if size else []
         self.apply(delta)
-        self._known = _Known()
+        after = [self._edges(subject) for subject in subjects] if size else []
+        if size:
+            nodes = sum(map(bool, after)) - sum(map(bool, before))
+            size = size[0] + nodes, size[1] + sum(after) - sum(before)
+        self._known = _Known(size=size)
+        if self._spellings is not None:
+            named = ((str(s), t) for s in subjects for t in self._every_name(s))
+            self._spellings.add(named)
         self.forget()
+
+    def _every_name(self, entity: Node) -> list[str]:
+        predicates = (*self.named_by, AB.alias)
+        return [t for p in predicates for t in self._texts(entity, p)] or [local(entity)]
+
+    def _edges(self, subject: Node) -> int:
+        """How many facts `size` counts of a subject."""
+        quads = self.engine.quads_for_pattern(term_of(subject), None, None, None)
+        homes = (pyoxigraph.NamedNode(ATTRIBUTES), pyoxigraph.NamedNode(STATES))
+        own = str(AB)
+        return sum(q.graph_name in homes and not q.predicate.value.startswith(own) for q in quads)
 
     def forget(self) -> None:
         """Forget the answers to queries."""
@@ -558,10 +569,6 @@ def _text(value: Any) -> str:
     return str(getattr(value, "value", value))
 
 
-def _head(name: str) -> tuple[str, ...]:
-    return words(name)[-1:]
-
-
 def _iri(kind: Kind) -> str:
     return str(kind.iri)
 
@@ -575,9 +582,3 @@ def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Tr
             )
             if subject is not None and predicate is not None and value is not None:
                 yield subject, predicate, value
-
-
-def _without_number(name: str) -> str:
-    """The name that a numbered one is of, "" if it has no number."""
-    base, _, number = name.rpartition("_")
-    return normal(base) if number.isdigit() else ""

@@ -2,14 +2,9 @@
 
 import re
 import unicodedata
-from collections import Counter
-from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
 from difflib import SequenceMatcher
 from functools import lru_cache
-from typing import Generic, TypeVar
-
-T = TypeVar("T", bound=Hashable)
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
@@ -96,28 +91,6 @@ def misspelt(name: str, known: Iterable[str], floor: float) -> str:
     joined = {normal(other).replace("_", ""): other for other in sorted(known, reverse=True)}
     found = nearest(normal(name).replace("_", ""), joined, 1, floor)
     return joined[found[0]] if found else ""
-
-
-@dataclass(slots=True)
-class Spellings(Generic[T]):
-    """Things by the pairs of letters in their names, to find those worth comparing with a name."""
-
-    _by_pair: dict[str, list[T]] = field(default_factory=dict)
-
-    def add(self, name: str, thing: T) -> None:
-        """Enter a thing under its name."""
-        for pair in _pairs(name):
-            self._by_pair.setdefault(pair, []).append(thing)
-
-    def alike(self, name: str) -> list[T]:
-        """Return the things that share a pair of letters with a name, those with most first."""
-        shared = Counter(thing for pair in _pairs(name) for thing in self._by_pair.get(pair, ()))
-        return sorted(shared, key=lambda thing: (-shared[thing], str(thing)))
-
-
-def _pairs(name: str) -> set[str]:
-    text = f"_{normal(name)}_"
-    return {text[n : n + 2] for n in range(len(text) - 1)}
 
 
 def _may_be_like(one: str, other: str, floor: float) -> bool:

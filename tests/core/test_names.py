@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adaptbot_cli.core.names import (
-    Spellings,
     nearest,
     normal,
     sentence_list,
@@ -111,24 +110,3 @@ def test_the_nearest_are_among_the_known(name: str, known: list[str]) -> None:
 )
 def test_a_list_in_a_sentence(names: list[str], expected: str) -> None:
     assert sentence_list(names) == expected
-
-
-def test_spellings_worth_comparing_come_with_the_most_shared_pairs_first() -> None:
-    known: Spellings[str] = Spellings()
-    for name in ("onion", "union jack", "salt", "green onion"):
-        known.add(name, name)
-    assert set(known.alike("onoin")[:2]) == {"onion", "green onion"}
-    assert "salt" not in known.alike("onion")
-    assert known.alike("") == []
-
-
-def test_of_many_names_the_nearest_are_the_same_as_by_comparing_all() -> None:
-    names = [f"{first}_{second}" for first in ("red", "big", "old", "wet") for second in WORDS]
-    known: Spellings[str] = Spellings()
-    for name in names:
-        known.add(name, name)
-    for wanted in ("red_spaner", "oldcup", "wett_towel"):
-        assert nearest(wanted, known.alike(wanted)[:100]) == nearest(wanted, names)
-
-
-WORDS = [f"{a}{b}" for a in ("cup", "span", "tow", "mar", "lin") for b in ("", "ner", "el", "ker")]
