@@ -158,14 +158,15 @@ def _meant(question: Question, value: object) -> str | None:
         return None if number_trouble(question.number, text) else text
     if question.kind == "place" and text.startswith("new "):
         new = normal(text.removeprefix("new "))
-        return f"new {new}" if new and new not in question.known else None
+        return f"new {new}" if new and not question.known.meant(new) else None
     verb, _, named = text.partition(" ")
     if named and verb in (SAME, INSTEAD):
-        name = {normal(name): name for name in question.known}.get(normal(named))
-        return None if name is None else f"{verb} {name}"
+        name = question.known.meant(named)
+        return f"{verb} {name}" if name else None
     if not question.choices:
         return text
     words = {"true": YES, "false": NO}
     if question.kind == "existence":
         words = {YES: EXISTS, "true": EXISTS, NO: ABSENT, "false": ABSENT}
-    return _choices(question).get(words.get(text.lower(), normal(text)))
+    listed = _choices(question).get(words.get(text.lower(), normal(text)))
+    return listed or question.further.meant(text) or None

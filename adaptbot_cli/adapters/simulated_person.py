@@ -84,9 +84,8 @@ class SimulatedHuman:
         found = self.truth.find(question.about)
         if not found:
             return ABSENT
-        known = {normal(name): name for name in question.known}
-        same = known.get(normal(self.truth.name(found[0])))
-        return EXISTS if same is None else f"is {same}"
+        same = question.known.meant(self.truth.name(found[0]))
+        return f"is {same}" if same else EXISTS
 
     def _action(self, question: Question) -> str:
         for action in self.truth.domain.actions.values():
@@ -116,7 +115,7 @@ class SimulatedHuman:
         place = self.truth.value(entity, prop.iri) if entity and prop else None
         name = normal(self.truth.name(place)) if place is not None else ""
         offered = {normal(choice.value): choice.value for choice in question.choices}
-        return offered.get(name, UNKNOWN)
+        return offered.get(name) or question.further.meant(name) or UNKNOWN
 
     def _failed(self, question: Question) -> str:
         """What is true of what a failed step was done with; else that it be tried again, once."""

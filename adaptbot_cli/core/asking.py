@@ -1,6 +1,6 @@
 """What to ask the person next, and what stands on one form (paper, III-C)."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from rdflib import RDF, XSD, URIRef
@@ -17,10 +17,12 @@ from adaptbot_cli.core.questions import (
     INSTEAD,
     KINDS,
     LATER,
+    MOST_SHOWN,
     SAME,
     Answer,
     Choice,
     Key,
+    Names,
     Question,
     Subject,
 )
@@ -171,12 +173,9 @@ def _is_needed(finding: Finding, report: Report, scene: Scene) -> bool:
     for need in action.attributes if action else ():
         if local(need.prop) == finding.prop and action is not None:
             taken = (p.classes for p in action.parameters if p.name == need.of)
-            others = scene.kg.instances(iri for classes in taken for iri in classes)
-            return not any(
-                need.value in known_values(scene.kg, other, need.prop)
-                for other in others
-                if other not in things
-            )
+            fitting = frozenset(iri for classes in taken for iri in classes)
+            others = (s for s in scene.kg.facts.subjects(need.prop, need.value) if s not in things)
+            return not any(scene.kg.is_a(other, fitting) for other in others)
     return False
 
 
@@ -189,9 +188,10 @@ def _about_a_default(finding: Finding, report: Report, scene: Scene) -> Question
     for parameter in bound.action.parameters if bound else ():
         if bound is None or not parameter.default or parameter.name in bound.values:
             continue
-        for entity in scene.kg.instances(parameter.classes):
+        called = (set(scene.kg.with_word(word)) for word in words(parameter.name))
+        for entity in sorted(set.intersection(*called)):
             name = normal(scene.kg.name(entity))
-            if not set(words(parameter.name)) <= set(words(name)):
+            if not scene.kg.is_a(entity, parameter.classes):
                 continue
             for prop in sorted(mentions(parameter.default) & scene.domain.properties.keys()):
                 if _would_serve(entity, scene.domain.properties[prop], parameter, bound, scene):
@@ -228,10 +228,12 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
         return None
     message = name.replace("_", " ")
     text = f'I do not know "{message}". Is there such a thing in this {scene.domain.name}?'
-    known = _everything(scene)
+    kinds = [kind.iri for kind in scene.domain.teachable]
+    known = sorted(map(scene.kg.name, scene.kg.likest(name, kinds, MOST_SHOWN)))
+    others: Callable[[str], Iterable[str]] = learning.finder(scene.kg, kinds)
     if subject == "action":
         text = f'I do not know how to "{message}". Is it something I can do here?'
-        known = list(scene.domain.actions)
+        known, others = list(scene.domain.actions), Names.others
     by_nearness = nearest(name, known, len(known), floor=0.0)
     return Question(
         "existence",
@@ -240,10 +242,10 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
         "",
         subject,
         _outcomes(name, subject, report, scene),
-        tuple(dict.fromkeys((*finding.candidates, *by_nearness))),
-        finding.candidates,
-        _only_spelled_alike(name, finding.candidates, scene),
-        _source(finding, report),
+        Names.of(dict.fromkeys((*finding.candidates, *by_nearness)), others),
+        near=finding.candidates,
+        alike=_only_spelled_alike(name, finding.candidates, scene),
+        context=_source(finding, report),
     )
 
 
@@ -280,11 +282,6 @@ def _outcomes(name: str, subject: Subject, report: Report, scene: Scene) -> tupl
         Choice(EDIT, "change the plan instead", key="e"),
         Choice(LATER.value, "ask me later", "it stays open", "l"),
     )
-
-
-def _everything(scene: Scene) -> list[str]:
-    kinds = [kind.iri for kind in scene.domain.teachable]
-    return sorted(scene.kg.name(entity) for entity in scene.kg.instances(kinds))
 
 
 def property_called(name: str, scene: Scene) -> Property | None:

@@ -22,6 +22,7 @@ from adaptbot_cli.core.questions import (
     YES,
     Answer,
     Choice,
+    Names,
     Question,
     Reviewed,
     Suggestion,
@@ -362,7 +363,7 @@ def confirmed(
             Choice(NO, "no, do nothing", key="n"),
             Choice(LATER.value, "ask me later", "the goal stays open", "l"),
         ),
-        known=tuple(nearest(text, names, _MOST_NAMES, floor=0.0)),
+        known=Names(nearest(text, names, _MOST_NAMES, floor=0.0)),
         notes=reading.doubts,
     )
     answer: Answer = yield Ask(question)

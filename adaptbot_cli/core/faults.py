@@ -338,7 +338,7 @@ def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
     elif prop.range not in kg.domain.kinds or _of_no_class(kg, value):
         return
     elif not isinstance(value, URIRef) or not kg.classes(value):
-        known = map(local, kg.instances([prop.range]))
+        known = kg.alike(local(value), [prop.range])
         remedy = _instead(local(value), known, "declare it in attributes.ttl")
         yield f"{short} is {local(value)}, which is nothing known", remedy
     elif not kg.is_a(value, [prop.range]):

@@ -6,9 +6,9 @@ from typing import Final
 
 from adaptbot_cli.core.names import folded, normal, without_s, words
 
-FOLDED, WITHOUT_S, WORD, NUMBERED, PAIR = range(5)
+FOLDED, WITHOUT_S, WORD, BASE, PAIR = range(5)
 """What a thing is found by: its name without accents, case and separators; without any "s"; a word
-of it; what it is without a number at its end; two letters that stand side by side in it."""
+of it; its normal form without a number at its end; two letters that stand side by side in it."""
 
 _TABLES: Final = """
     CREATE TABLE IF NOT EXISTS things (id INTEGER PRIMARY KEY, iri TEXT UNIQUE, keys INTEGER);
@@ -55,6 +55,11 @@ class NameIndex:
         query = "SELECT iri FROM keys JOIN things ON id = thing WHERE form = ? AND key = ?"
         return sorted(iri for (iri,) in self._database.execute(query, (form, key)))
 
+    def bases(self) -> Iterator[str]:
+        """Give the normal form of every name without the number at its end, each once."""
+        query = "SELECT DISTINCT key FROM keys WHERE form = ?"
+        return (key for (key,) in self._database.execute(query, (BASE,)))
+
     def alike(self, name: str) -> Iterator[str]:
         """Give the IRIs of the things with a pair of letters that a name has, too: those with the
         most such pairs first, of these those with the shortest names."""
@@ -69,12 +74,12 @@ def key_of(form: int, name: str) -> str:
         return folded(name)
     if form == WITHOUT_S:
         return " ".join(without_s(name))
-    base, _, number = name.rpartition("_")
-    return normal(base) if number.isdigit() else ""
+    base, _, number = normal(name).rpartition("_")
+    return base if base and number.isdigit() else normal(name)
 
 
 def _keys(name: str) -> Iterator[tuple[int, str]]:
-    yield from ((form, key_of(form, name)) for form in (FOLDED, WITHOUT_S, NUMBERED))
+    yield from ((form, key_of(form, name)) for form in (FOLDED, WITHOUT_S, BASE))
     yield from ((WORD, word) for word in words(name))
     yield from ((PAIR, pair) for pair in _pairs(name))
 

@@ -13,7 +13,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, UndoLog
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
-from adaptbot_cli.core.index import FOLDED, NUMBERED, WITHOUT_S, WORD, NameIndex, key_of
+from adaptbot_cli.core.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex, key_of
 from adaptbot_cli.core.names import variants, words
 from adaptbot_cli.core.sparql import is_plain, variables
 from adaptbot_cli.core.terms import (
@@ -56,7 +56,6 @@ class _Known:
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     instances: dict[frozenset[Node], list[URIRef]] = field(default_factory=dict)
-    every: frozenset[str] | None = None
     size: tuple[int, int] | None = None
 
 
@@ -255,10 +254,11 @@ class Kg:
         found = self.engine.quads_for_pattern(term_of(subject), term_of(predicate), None, None)
         return sorted({node_of(quad.object) for quad in found}, key=str)
 
-    def named_in(self, value: Node) -> int:
-        """Return how many facts have a thing as their value now."""
+    def named_in(self, value: Node, most: int) -> int:
+        """Return how many facts have a thing as their value now, counted up to `most`."""
         self._line.settle()
-        return sum(1 for _ in self.engine.quads_for_pattern(None, None, term_of(value), None))
+        found = self.engine.quads_for_pattern(None, None, term_of(value), None)
+        return sum(1 for _ in islice(found, most))
 
     def find(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities that bear a name, an alias of it or a plain variant of it."""
@@ -287,7 +287,12 @@ class Kg:
 
     def numbered(self, base: str) -> tuple[URIRef, ...]:
         """Return the things whose names are a name and a number: toy_1 and toy_2 of "toy"."""
-        return self._keyed(NUMBERED, base, self.named_by)
+        found = self._keyed(BASE, base, self.named_by)
+        return tuple(thing for thing in found if self.name(thing).rpartition("_")[2].isdigit())
+
+    def bases(self) -> Iterator[str]:
+        """Give the names that things have or had, normal and without a number, each once."""
+        return self._names.bases()
 
     def _keyed(self, form: int, key: str, predicates: Iterable[URIRef]) -> tuple[URIRef, ...]:
         """The things of the domain's classes that have a name with a key among some predicates."""
@@ -335,17 +340,28 @@ class Kg:
             t for t in found if key_of(WITHOUT_S, self.name(t)) == wanted and self.classes(t)
         )
 
+    def with_word(self, word: str) -> tuple[URIRef, ...]:
+        """Return the things with a word in their names."""
+        found = map(URIRef, self._names.things(WORD, word))
+        return tuple(t for t in found if word in words(self.name(t)) and self.classes(t))
+
     def with_head(self, word: str) -> tuple[URIRef, ...]:
         """Return the things whose names end in a word, as a cutting board does in board."""
-        found = map(URIRef, self._names.things(WORD, word))
-        return tuple(t for t in found if words(self.name(t))[-1:] == (word,) and self.classes(t))
+        return tuple(t for t in self.with_word(word) if words(self.name(t))[-1] == word)
 
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with
         a name: those that share the most pairs of letters with it."""
+        return [self.name(e) for e in islice(self._like(name, classes), most)]
+
+    def names_like(self, name: str, most: int = 1000) -> list[str]:
+        """Return all names of the `most` things that are worth comparing with a name."""
+        things = islice(self._like(name, self.domain.kinds), most)
+        return [text for thing in things for text in self._every_name(thing)]
+
+    def _like(self, name: str, classes: Iterable[Node]) -> Iterator[URIRef]:
         wanted = frozenset(classes)
-        found = (URIRef(iri) for iri in self._names.alike(name))
-        return list(islice((self.name(e) for e in found if self.is_a(e, wanted)), most))
+        return (e for e in map(URIRef, self._names.alike(name)) if self.is_a(e, wanted))
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""
@@ -367,10 +383,11 @@ class Kg:
 
     def names(self) -> frozenset[str]:
         """Return the names of all things."""
-        if self._known.every is None:
-            found = (name for p in self.named_by for _, name in self._named(p))
-            self._known.every = frozenset(found)
-        return self._known.every
+        return frozenset(name for p in self.named_by for _, name in self._named(p))
+
+    def bears(self, name: str) -> bool:
+        """Tell whether anything is called so, whatever it is."""
+        return any(True for p in self.named_by for _ in self._called(name, p))
 
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
@@ -411,15 +428,28 @@ class Kg:
         """Return the entities of some classes, sorted by IRI."""
         wanted, known = frozenset(classes), self._known.instances
         if wanted not in known:
-            kinds = [k.iri for k in self.domain.kinds.values() if not wanted.isdisjoint(k.supers)]
-            quads = (
-                quad
-                for kind in kinds
-                for quad in self.engine.quads_for_pattern(None, _TYPE, term_of(kind), None)
-            )
-            found = {q.subject.value for q in quads if isinstance(q.subject, pyoxigraph.NamedNode)}
-            known[wanted] = [URIRef(iri) for iri in sorted(found)]
+            known[wanted] = list(map(URIRef, sorted(set(self._members(wanted)))))
         return list(known[wanted])
+
+    def few(self, classes: Iterable[Node], most: int) -> list[URIRef] | None:
+        """Return the entities of some classes, sorted by IRI; None if they are more than `most`."""
+        wanted = frozenset(classes)
+        many = len(list(islice(self._members(wanted), most + 1))) > most
+        return None if many else self.instances(wanted)
+
+    def likest(self, name: str, classes: Iterable[Node], most: int) -> list[URIRef]:
+        """Return the entities of some classes, sorted by IRI; of more than `most` only those whose
+        names are worth most to be compared with a name."""
+        wanted = frozenset(classes)
+        few = self.few(wanted, most)
+        return sorted(islice(self._like(name, wanted), most)) if few is None else few
+
+    def _members(self, classes: frozenset[Node]) -> Iterator[str]:
+        for kind in self.domain.kinds.values():
+            if not classes.isdisjoint(kind.supers):
+                for quad in self.engine.quads_for_pattern(None, _TYPE, term_of(kind.iri), None):
+                    if isinstance(quad.subject, pyoxigraph.NamedNode):
+                        yield quad.subject.value
 
     def delta(self, effect: Effect | None, bindings: Bindings) -> Delta:
         """Return what an effect would change now, without changing it."""

@@ -1,6 +1,6 @@
 """From an answer to facts: the paper's knowledge refinement f_KE (III-C)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from rdflib import RDF, XSD, Literal, URIRef
@@ -13,17 +13,22 @@ from adaptbot_cli.core.names import normal, sound
 from adaptbot_cli.core.plan import KeptPlan
 from adaptbot_cli.core.questions import (
     LATER,
+    MOST_SHOWN,
     NO,
     UNKNOWN,
     YES,
     Answer,
     Choice,
     Follows,
+    Names,
     Question,
     QuestionKind,
     yes_no,
 )
 from adaptbot_cli.core.terms import AB, NUMBERS, Triple, local
+
+MOST_FOUND = 100
+"""How many things are found by what is typed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +125,13 @@ def attribute_question(
     quoted = f'"{plain}"'
     text = prop.question.format(name=quoted) if prop.question else f"Is {quoted} {prop.label}?"
     kind, choices, number = _form_of(kg, name, prop, prevents)
-    known = () if kind != "place" else _known_otherwise(kg, prop)
+    known, further = Names(), Names()
+    if kind == "place":
+        # No new place can be called as something is that is no place.
+        few = kg.few(kg.domain.kinds, MOST_SHOWN) or ()
+        others = (entity for entity in few if not kg.is_a(entity, [prop.range]))
+        known = Names.of(map(kg.name, others), finder(kg, kg.domain.kinds, [prop.range]))
+        further = Names.of((), finder(kg, [prop.range]))
     return Question(
         kind,
         name,
@@ -128,6 +139,7 @@ def attribute_question(
         local(prop.iri),
         choices=choices,
         known=known,
+        further=further,
         context=context,
         label=prop.label,
         number=number,
@@ -161,22 +173,34 @@ def _follows(kg: Kg, prop: Property) -> tuple[Follows, ...]:
 
 def places(kg: Kg, name: str, prop: Property) -> list[URIRef]:
     """Return where a thing can be: neither in itself, nor in the robot's hand."""
-    itself = set(kg.find(name))
-    kinds = [k for k in kg.domain.kinds.values() if prop.range in k.supers and not k.hand]
-    found = (p for kind in kinds for p in kg.facts.subjects(RDF.type, kind.iri))
+    kinds = [k.iri for k in kg.domain.kinds.values() if prop.range in k.supers and not k.hand]
+    found: set[Node] = set(kg.few(kinds, MOST_SHOWN) or ())
+    if not found:  # too many to show: those where things of like names are
+        like = kg.likest(name, kg.domain.kinds, MOST_SHOWN)
+        found = {p for e in like for by in kg.domain.locations for p in kg.facts.objects(e, by)}
     hands = set(kg.instances(k.iri for k in kg.domain.kinds.values() if k.hand))
-    return sorted({p for p in found if isinstance(p, URIRef)} - itself - hands)
+    found -= {*kg.find(name), *hands}
+    return sorted(p for p in found if isinstance(p, URIRef) and kg.is_a(p, kinds))
 
 
-def _known_otherwise(kg: Kg, prop: Property) -> tuple[str, ...]:
-    """Names of what is no place: no new place can be called so."""
-    fitting = set(kg.instances([prop.range]))
-    return tuple(kg.name(e) for e in kg.instances(kg.domain.kinds) if e not in fitting)
+def finder(
+    kg: Kg, classes: Iterable[Node], never: Iterable[Node] = ()
+) -> Callable[[str], list[str]]:
+    """Return what finds names of things of some classes, and of none of others, by what is typed:
+    first what is called so, then what has most letters in common with it."""
+    wanted, barred = frozenset(classes), frozenset(never)
+
+    def found(typed: str) -> list[str]:
+        things = dict.fromkeys((*kg.find(typed), *kg.likest(typed, wanted, MOST_FOUND)))
+        fitting = (t for t in things if kg.is_a(t, wanted) and not kg.is_a(t, barred))
+        return list(map(kg.name, fitting))
+
+    return found
 
 
 def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
     """Places by how many things are kept there, so that the likely ones come first."""
-    counts: Mapping[URIRef, int] = {p: kg.named_in(p) for p in places}
+    counts: Mapping[URIRef, int] = {p: kg.named_in(p, MOST_SHOWN) for p in places}
     return sorted(places, key=lambda place: (-counts[place], place))
 
 

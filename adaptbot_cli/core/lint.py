@@ -192,10 +192,9 @@ def lacking(kg: Kg) -> Iterator[str]:
     for task in kg.domain.tasks:
         for name in _lacked(kg, task):
             wanted.setdefault(name, {})[task.name] = None
-    known = sorted(kg.names())
     # What bears the name and is of no known class is no lack, but a fault that is told.
-    for name, tasks in sorted((n, t) for n, t in wanted.items() if n not in kg.names()):
-        near = misspelt(name, known, THING_LIKE)
+    for name, tasks in sorted((n, t) for n, t in wanted.items() if not kg.bears(n)):
+        near = misspelt(name, kg.names_like(name), THING_LIKE)
         who = sentence_list(list(tasks), 3)
         remedy = "add it if it is here; else a run asks about it"
         remedy = f"the nearest there is {near}" if near else remedy

@@ -120,18 +120,10 @@ class Naming:
                     self._names.append((form, task))
         return self._names
 
-    @property
-    def known_names(self) -> list[str]:
-        """Every single name that a word can be a slip for, in a fixed order."""
-        if not self._known:
-            found = {normal(name) for name in self.kg.names()}
-            found |= {normal(name) for e in self.kg.instances(self.domain.kinds)
-                      for name in self.kg.aliases(e)}  # fmt: skip
-            found |= {
-                name for rule in self.domain.constraints for name in (*rule.names, *rule.strict)
-            }
-            self._known = sorted(found)
-        return self._known
+    def names_like(self, word: str) -> list[str]:
+        """Return the names of things and constraints that a word can be a slip for, sorted."""
+        rules = (n for rule in self.domain.constraints for n in (*rule.names, *rule.strict))
+        return sorted({*map(normal, self.kg.names_like(word)), *rules})
 
     def respelt(self, tokens: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
         """Return the words with slips of the pen put right, and which were."""
@@ -154,7 +146,7 @@ class Naming:
     def _near(self, word: str) -> str:
         if len(word) < 3 or not word.isalpha() or word in english.CONDITIONS:
             return ""
-        known = {w for name in self.known_names for w in words(name)}
+        known = {w for name in self.names_like(word) for w in words(name)}
         known |= {w for name, _ in self.names for w in name}
         known |= english.VERBS | self.domain.fillers | english.OCCASIONS | english.PEOPLE
         known |= {"without", "with", "please", "could", "would", "free"}
@@ -401,11 +393,10 @@ class Naming:
         fields = self.domain.noun_fields
         if not any(self.senses(name) for name in called):
             return
-        for entity in self.kg.instances(self.domain.kinds):
-            name = normal(self.kg.name(entity))
+        for name in sorted(self.kg.bases()):
             above = self.lexicon.related(name, fields) if not called & {name} else ()
             if any(r.word in called and r.relation == "hypernym" and r.sense == 1 for r in above):
-                yield name
+                yield from (name, *(normal(self.kg.name(e)) for e in self.kg.numbered(name)))
 
 
 def number_of(word: str) -> int:

@@ -1,8 +1,10 @@
 """Questions to the person, and answers (paper, III-C)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
+
+from adaptbot_cli.core.names import normal
 
 QuestionKind = Literal[
     "existence",
@@ -36,6 +38,32 @@ class Choice:
     key: str = ""
 
 
+MOST_SHOWN = 1_000
+"""How many things of a home are shown to pick from; in a larger one the others are searched for."""
+
+
+class Names(tuple[str, ...]):
+    """Names to pick from, those to show: in a large home, `others` finds more by what is typed."""
+
+    others: Callable[[str], Iterable[str]] = staticmethod(lambda typed: ())
+
+    @classmethod
+    def of(cls, shown: Iterable[str], others: Callable[[str], Iterable[str]]) -> "Names":
+        """Return names, of which some are shown and others found."""
+        names = cls(shown)
+        names.others = others
+        return names
+
+    def __reduce__(self) -> tuple[type["Names"], tuple[tuple[str, ...]]]:
+        return Names, (tuple(self),)  # what finds others has a graph, which stays in its process
+
+    def meant(self, text: str) -> str:
+        """Return the name that a text is, whatever its case and separators; "" if it is none."""
+        wanted = normal(text)
+        found = (name for names in (self, self.others(text)) for name in names)
+        return next((name for name in found if normal(name) == wanted), "")
+
+
 @dataclass(frozen=True, slots=True)
 class Suggestion:
     """An answer that is likely, and why: "as for onion and garlic". The person has the say."""
@@ -59,8 +87,9 @@ class Question:
 
     `about` is the name asked about; `prop` the predicate's short name where one is asked for, the
     plan's new text where a "mend" is offered, why it is to be kept where a "plan" is; `choices` the
-    answers offered; `known` the names to pick from if it is another name for one of them, nearest
-    first, `near` those of them that are
+    answers offered, and `further` the values that may be given beside them; `known` the names to
+    pick from if it is another name for one of them, nearest first, or that a new one cannot have;
+    `near` those of them that are
     near enough to tell, `alike` those of these that are only spelled alike; `context` the step that
     raised it; `notes` lines to read before it; `label` the property in a word; `number` how a
     "value" is written: "number", "whole number" or "" for a text.
@@ -78,7 +107,7 @@ class Question:
     prop: str = ""
     subject: Subject = "item"
     choices: tuple[Choice, ...] = ()
-    known: tuple[str, ...] = ()
+    known: Names = Names()  # noqa: RUF009 - it cannot be changed
     near: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     context: str = ""
@@ -90,6 +119,7 @@ class Question:
     follows: tuple[Follows, ...] = field(default=(), compare=False)
     together: tuple["Question", ...] = field(default=(), compare=False)
     offered: tuple["Question", ...] = field(default=(), compare=False)
+    further: Names = field(default=Names(), compare=False, repr=False)
     answered: tuple[tuple["Question", "Answer"], ...] = field(default=(), compare=False, repr=False)
 
     @property
@@ -199,12 +229,13 @@ def fits(question: Question, answer: Answer) -> bool:
     """
     value = answer.value
     if answer.same_as or answer.instead:
-        return (answer.same_as or answer.instead) in question.known
+        return bool(question.known.meant(answer.same_as or answer.instead))
     if value == UNKNOWN or not question.choices:
         return True
     if answer.new:
         return question.kind == "place"
-    return value in {choice.value for choice in question.choices}
+    values = {choice.value for choice in question.choices}
+    return value in values or bool(question.further.meant(value))
 
 
 @dataclass(frozen=True, slots=True)

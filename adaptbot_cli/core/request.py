@@ -130,7 +130,7 @@ def _with_options(
         rules += [rule] if rule and rule not in rules else []
         names.append(kg.name(found[0]) if found else name)
         if not rule and not found and not naming.senses(name):
-            near = get_close_matches(name, naming.known_names, 1, A_SLIP)
+            near = get_close_matches(name, naming.names_like(name), 1, A_SLIP)
             names += near
             unread += [f"without {name}" + (f" ({near[0]}?)" if near else "")]
     excluded = tuple(dict.fromkeys(names))

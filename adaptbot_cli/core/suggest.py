@@ -54,9 +54,8 @@ def words_to_look_up(question: Question, scene: Scene) -> tuple[str, ...]:
     """Return the words, not yet looked up, that tell how near the known things are."""
     if question.kind not in ("kind", "place", "attribute") or question.subject != "item":
         return ()
-    known = scene.kg.instances(kind.iri for kind in scene.domain.teachable)
-    if len(known) > MOST:
-        return ()
+    kinds = [kind.iri for kind in scene.domain.teachable]
+    known = scene.kg.likest(question.about, kinds, MOST)
     names = [question.about, *(scene.kg.name(entity) for entity in known)]
     wanted = {form for name in names for form in _forms(name)}
     return tuple(sorted(wanted - scene.around.keys()))
@@ -128,8 +127,7 @@ class Likely:
     def __init__(self, name: str, kinds: Sequence[Kind], scene: Scene) -> None:
         self.name, self.kinds, self.scene = name, kinds, scene
         kg = scene.kg
-        entities = kg.instances(kind.iri for kind in kinds)
-        known = entities if len(entities) <= MOST else ()
+        known = kg.likest(name, [kind.iri for kind in kinds], MOST)
         self.words = {entity: _Words(kg.name(entity), scene.around) for entity in known}
         asked = dict.fromkeys(prop for kind in kinds for prop in kind.asks)
         self.values = {prop: self._known(prop) if known else {} for prop in asked}

@@ -11,6 +11,10 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.terms import STATES, local
 
+_MEMBERS = f"""
+    SELECT ?kind (COUNT(DISTINCT ?thing) AS ?members) WHERE {{ ?thing <{RDF.type}> ?kind }}
+    GROUP BY ?kind"""
+
 
 @dataclass(frozen=True, slots=True)
 class Thing:
@@ -105,8 +109,9 @@ def everything(kg: Kg) -> list[tuple[Kind, list[Thing]]]:
 def counts(kg: Kg) -> list[tuple[Kind, int]]:
     """Return every class that has members of its own, with their number, in the domain's order."""
     kinds = sorted(kg.domain.kinds.values(), key=lambda k: (k.order or 99, k.iri))
-    counted = ((kind, sum(1 for _ in kg.facts.subjects(RDF.type, kind.iri))) for kind in kinds)
-    return [(kind, count) for kind, count in counted if count]
+    rows = kg.rows(_MEMBERS, {})
+    counted = {row["kind"]: int(str(row["members"])) for row in rows if "kind" in row}
+    return [(kind, counted[kind.iri]) for kind in kinds if kind.iri in counted]
 
 
 def kind_called(kg: Kg, name: str) -> Kind | None:
@@ -129,7 +134,7 @@ def near(kg: Kg, name: str, whatever: bool = False) -> list[str]:
 
     With `whatever` those of classes and tasks too.
     """
-    among = kg.names()
+    among = set(kg.names_like(name))
     for action in kg.domain.actions.values():
         among |= {action.name, *action.aliases}
     if whatever:

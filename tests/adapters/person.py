@@ -22,6 +22,7 @@ from adaptbot_cli.core.questions import (
     Answer,
     Choice,
     Follows,
+    Names,
     Question,
     Reviewed,
     Suggestion,
@@ -35,11 +36,11 @@ EXISTENCE = (
     Choice(EXISTS, "yes, there is", key="y"),
     Choice("later", "ask me later", key="l"),
 )
-KNOWN = ("spanner", "span_rope", *(f"part_{n}" for n in range(120)), "green_box", "öse")
+KNOWN = Names(("spanner", "span_rope", *(f"part_{n}" for n in range(120)), "green_box", "öse"))
 HOSTILE = "[red]x[/red] \x1b[31mESC <b>b</b> {x} %s \u202eright \x9b2J " + "y" * 300
 
 
-def existence(about: str = "spaner", text: str = "", known: tuple[str, ...] = KNOWN) -> Question:
+def existence(about: str = "spaner", text: str = "", known: Names = KNOWN) -> Question:
     text = text or f'I do not know "{about}". Is there one?'
     near = known[:2]
     context = f'take("{about}")'
@@ -60,7 +61,7 @@ FORM = Question(
     "Where is plank kept?",
     "in",
     choices=(Choice("rack", "rack"), Choice("green_box", "green_box"), Choice(UNKNOWN, "?")),
-    known=("saw",),
+    known=Names(("saw",)),
     label="place",
     context="drill(plank)",
     suggested=Suggestion("rack", "as for board"),
@@ -74,7 +75,7 @@ FORM = Question(
 
 QUESTIONS = {
     "existence": existence(),
-    "nothing known": existence(known=()),
+    "nothing known": existence(known=Names()),
     "attribute": Question(
         "attribute", "plank", "Can one drill plank?", "drillable", "item", yes_no()
     ),

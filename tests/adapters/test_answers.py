@@ -5,11 +5,22 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
-from adaptbot_cli.core.questions import LATER, Choice, Question, yes_no
+from adaptbot_cli.core.questions import LATER, Choice, Names, Question, yes_no
 from adaptbot_cli.errors import UsageError
 
 WAYS = (Choice("is", ""), Choice("absent", ""), Choice("exists", ""), Choice("later", ""))
-EXISTENCE = Question("existence", "chives", "?", choices=WAYS, known=("onion", "cutting_board"))
+EXISTENCE = Question(
+    "existence",
+    "chives",
+    "?",
+    choices=WAYS,
+    known=Names(
+        (
+            "onion",
+            "cutting_board",
+        )
+    ),
+)
 KIND = Question("kind", "chives", "?", choices=(Choice("object", ""), Choice("mreceptacle", "")))
 PLACES = (Choice("fridge", ""), Choice("kitchen_counter", ""), Choice("unknown", ""))
 PLACE = Question("place", "chives", "?", "obj_location", choices=PLACES)
@@ -79,7 +90,9 @@ def test_a_subject_that_the_file_does_not_have_stays_open() -> None:
 
 def test_a_new_place_and_a_number_are_taken_if_they_can_be_meant(tmp_path: Path) -> None:
     length = Question("value", "chives", "?", "length", number="number")
-    onion = Question("place", "chives", "?", "obj_location", choices=PLACES, known=("onion",))
+    onion = Question(
+        "place", "chives", "?", "obj_location", choices=PLACES, known=Names(("onion",))
+    )
     assert answer("obj_location: new Wine Rack", PLACE, tmp_path) == "new wine_rack"
     assert answer("length: 2.5", length, tmp_path) == "2.5"
     for text, question in (("length: two", length), ("obj_location: new onion", onion)):

@@ -3,7 +3,7 @@
 import pytest
 
 from adaptbot_cli.adapters.simulated_person import KEY, THINK, SimulatedHuman
-from adaptbot_cli.core.questions import ABSENT, EXISTS, Choice, Question, yes_no
+from adaptbot_cli.core.questions import ABSENT, EXISTS, Choice, Names, Question, yes_no
 from tests.worlds import workshop
 
 HUMAN = SimulatedHuman(workshop(attributes="\nw:board <urn:adaptbot:alias> 'slab' .\n"))
@@ -16,8 +16,8 @@ PLACES = (Choice("bench", "bench"), Choice("cupboard", "cupboard"), Choice("unkn
     [
         (Question("existence", "board", "?"), EXISTS),
         (Question("existence", "boards", "?"), EXISTS),
-        (Question("existence", "slab", "?", known=("board",)), "is board"),
-        (Question("existence", "peg", "?", known=("board",)), ABSENT),
+        (Question("existence", "slab", "?", known=Names(("board",))), "is board"),
+        (Question("existence", "peg", "?", known=Names(("board",))), ABSENT),
         (Question("existence", "bore", "?", subject="action"), "is drill_hole"),
         (Question("existence", "weld", "?", subject="action"), ABSENT),
         (Question("kind", "drill", "?", choices=KINDS), "tool"),
@@ -65,7 +65,9 @@ def test_what_answering_takes() -> None:
     assert person.seconds == pytest.approx(3 * 60 / 238 + THINK + KEY)
     person.ask(Question("attribute", "board", "", "drillable", choices=yes_no()))
     assert (person.prompts, person.about) == (2, ["board"]), "one matter, two prompts"
-    person.ask(Question("existence", "slab", "", known=("board",), choices=(Choice("is", "is"),)))
+    person.ask(
+        Question("existence", "slab", "", known=Names(("board",)), choices=(Choice("is", "is"),))
+    )
     assert (person.prompts, person.about) == (4, ["board", "slab"]), "the name is picked as well"
     assert person.review(()) is True and person.prompts == 5
 

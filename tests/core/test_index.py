@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.core.index import FOLDED, NUMBERED, WITHOUT_S, WORD, NameIndex
+from adaptbot_cli.core.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex
 from adaptbot_cli.core.names import nearest
 
 WORDS = [f"{a}{b}" for a in ("cup", "span", "tow", "mar", "lin") for b in ("", "ner", "el", "ker")]
@@ -22,8 +22,7 @@ def index_of(*names: str, place: str = ":memory:") -> NameIndex:
         (FOLDED, "greentea", ["Green Tea", "green_tea"]),
         (WITHOUT_S, "green tea", ["Green Tea", "green_tea", "greens_teas"]),
         (WORD, "green", ["Green Tea", "green_tea"]),
-        (NUMBERED, "cup", ["cup_1", "cup_2"]),
-        (NUMBERED, "", []),
+        (BASE, "cup", ["cup", "cup_1", "cup_2"]),
         (WORD, "nothing", []),
     ],
 )

@@ -15,8 +15,9 @@ from adaptbot_cli.adapters.terminal.words import shown
 from adaptbot_cli.core.acting.draft import signature
 from adaptbot_cli.core.editing import Edit, EditableCall, called, edited, lines
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import finder
 from adaptbot_cli.core.parse import parse
-from adaptbot_cli.core.questions import Choice
+from adaptbot_cli.core.questions import MOST_SHOWN, Choice, Names
 from adaptbot_cli.core.turns import Amend
 from adaptbot_cli.errors import UsageError
 
@@ -138,30 +139,31 @@ def _call(text: str, typed: str, kg: Kg, out: Console) -> str:
             return _NO_CALL
 
     asked = f"{text} (Tab completes, empty: back)"
-    message = canvas.line(asked, out, typed, check, Names.of(kg))
+    message = canvas.line(asked, out, typed, check, Completions.of(kg))
     return "\n".join(call.render() for call in called(message, parse)) if message else ""
 
 
 @dataclass(frozen=True, slots=True)
-class Names(Completer):
+class Completions(Completer):
     """Completes the names of actions before the parenthesis and those of things inside it."""
 
     actions: Sequence[tuple[str, str]]
-    things: Sequence[str]
+    things: Names
 
     @classmethod
-    def of(cls, kg: Kg) -> "Names":
+    def of(cls, kg: Kg) -> "Completions":
         """Return the names of a graph: actions with what they take, things."""
         actions = [(a.name, signature(a.name, a.parameters)) for a in kg.domain.actions.values()]
         kinds = [kind.iri for kind in kg.domain.teachable]
-        return cls(actions, sorted({kg.name(entity) for entity in kg.instances(kinds)}))
+        few = sorted(map(kg.name, kg.few(kinds, MOST_SHOWN) or ()))
+        return cls(actions, Names.of(few, finder(kg, kinds)))
 
     def get_completions(self, document: Document, event: CompleteEvent) -> Iterable[Completion]:
         """Return what can stand where the cursor is."""
         before = document.text_before_cursor
         typed = re.search(r"[\w-]*$", before)
         start = typed[0] if typed else ""
-        things = [(name, name) for name in self.things]
+        things = [(name, name) for name in self.things or self.things.others(start)]
         for name, text in things if "(" in before else self.actions:
             if name.startswith(start):
                 yield Completion(name, -len(start), display=text)

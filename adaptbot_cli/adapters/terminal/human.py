@@ -260,7 +260,8 @@ class TerminalHuman:
             if value.value not in _WHICH:
                 return value
             again = True
-            which = Question("place", question.about, _WHICH[value.value].format(question.about))
+            text = _WHICH[value.value].format(question.about)
+            which = Question("place", question.about, text, further=question.known)
             known = tuple(Choice(name, name) for name in question.known)
             name = self._pick(which, known, back="back")
             if name is not None:
@@ -329,8 +330,10 @@ class TerminalHuman:
         typed: str = "",
         first: bool = False,
     ) -> Choice | None:
-        taken = frozenset(question.known)
-        menu = Picker(question.text, back, choices=choices, new=new, taken=taken, typed=typed)
+        menu = Picker(
+            question.text, back, choices=choices, new=new, taken=question.known, typed=typed,
+            others=question.further,
+        )  # fmt: skip
         picked: Choice | None = canvas.ask(menu, self.console, follows=not first)
         return picked
 

@@ -8,7 +8,7 @@ from adaptbot_cli.adapters.terminal.canvas import OPEN
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
 from adaptbot_cli.adapters.terminal.words import plain, title
 from adaptbot_cli.core.names import nearest, normal
-from adaptbot_cli.core.questions import Choice
+from adaptbot_cli.core.questions import Choice, Names
 
 _ROWS = 12
 _ALIKE, _SLIP = 3, 0.7
@@ -20,13 +20,14 @@ class Picker(Menu):
     """A list that shows only what matches what is typed; the answer is a `Choice`, None for back.
 
     `new` is what a new one is called ("a new place"), "" if there can be none; `taken` are the
-    names that a new one cannot have. With `numbered` the values are numbers, found by how they
-    begin, and labels are shown verbatim.
+    names that a new one cannot have; `others` finds more choices by what is typed. With `numbered`
+    the values are numbers, found by how they begin, and labels are shown verbatim.
     """
 
     choices: Sequence[Choice] = ()
     new: str = ""
-    taken: frozenset[str] = frozenset()
+    taken: Names = Names()  # noqa: RUF009 - it cannot be changed
+    others: Names = Names()  # noqa: RUF009
     typed: str = ""
     numbered: bool = False
 
@@ -44,6 +45,10 @@ class Picker(Menu):
         found = [choice for _, choice in held]
         name = normal(self.typed)
         known = {normal(choice.label) for choice in self.choices}
+        if name and len(found) < _ROWS:
+            more = [other for other in self.others.others(name) if normal(other) not in known]
+            found += [Choice(m, m) for m in more if wanted in title(m).lower()]
+            known.update(map(normal, more))
         alike = [] if found else self._alike(wanted)
         if self.new and name and name not in known:
             found.append(Choice(f"new {name}", f"{self.new}: {name}"))
@@ -140,7 +145,7 @@ class Picker(Menu):
             self.note = f"{typed} is not among them: type on"
             return OPEN
         name = choice.value.removeprefix("new ")
-        if choice.value != name and name in self.taken:
+        if choice.value != name and self.taken.meant(name):
             self.note = f"“{plain(name)}” is known already, as something else"
             return OPEN
         return choice

@@ -29,7 +29,7 @@ from adaptbot_cli.core.domain import Action, CalledAs, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Call
-from adaptbot_cli.core.questions import FIXED, LATER, YES, Answer, Choice, Key, Question
+from adaptbot_cli.core.questions import FIXED, LATER, MOST_SHOWN, YES, Answer, Choice, Key, Question
 from adaptbot_cli.core.terms import NUMBERS
 
 NONE = "none"
@@ -166,7 +166,7 @@ def _value(unknown: Unknown, parameter: Parameter, kg: Kg) -> Generator[Question
     if parameter.words:
         choices = [Choice(word, word) for word in parameter.words]
     else:
-        names = [kg.name(entity) for entity in kg.instances(parameter.classes)]
+        names = map(kg.name, kg.likest(parameter.name, parameter.classes, MOST_SHOWN))
         choices = [Choice(name, name) for name in dict.fromkeys(names)]
     tries = 0
     while True:
