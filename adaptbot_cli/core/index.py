@@ -1,26 +1,32 @@
 """An index of the names of a home's things: which of them a spelling or a slip may mean."""
 
+import re
 import sqlite3
 from collections.abc import Iterable, Iterator
 from typing import Final
 
 from adaptbot_cli.core.names import folded, normal, without_s, words
 
-FOLDED, WITHOUT_S, WORD, BASE, PAIR = range(5)
-"""What a thing is found by: its name without accents, case and separators; without any "s"; a word
-of it; its normal form without a number at its end; two letters that stand side by side in it."""
+BASE, FOLDED, WITHOUT_S, WORD, PAIR = range(5)
+"""What a name is found by, each without a number at its end: its normal form; the same without
+accents and separators; without any "s"; a word of it; two letters side by side in it."""
 
 _TABLES: Final = """
-    CREATE TABLE IF NOT EXISTS things (id INTEGER PRIMARY KEY, iri TEXT UNIQUE, keys INTEGER);
+    CREATE TABLE IF NOT EXISTS bases (id INTEGER PRIMARY KEY, base TEXT UNIQUE, keys INTEGER);
     CREATE TABLE IF NOT EXISTS keys (
-        form INTEGER, key TEXT, thing INTEGER, PRIMARY KEY (form, key, thing)
+        form INTEGER, key TEXT, base INTEGER, PRIMARY KEY (form, key, base)
+    ) WITHOUT ROWID;
+    CREATE TABLE IF NOT EXISTS things (
+        base INTEGER, number TEXT, iri TEXT, PRIMARY KEY (base, number, iri)
     ) WITHOUT ROWID;
 """
 _ALIKE: Final = """
     SELECT iri FROM things JOIN (
-        SELECT thing, COUNT(*) AS shared FROM keys WHERE form = ? AND key IN ({}) GROUP BY thing
-    ) ON id = thing ORDER BY shared DESC, things.keys, iri
+        SELECT base AS at, COUNT(*) AS shared FROM keys WHERE form = ? AND key IN ({}) GROUP BY base
+    ) ON things.base = at JOIN bases ON id = at
+    ORDER BY shared DESC, keys, number != ?, number, iri LIMIT ?
 """
+_NUMBER = re.compile(r"(.*[^\W\d])_*(\d+)")
 
 
 class NameIndex:
@@ -39,51 +45,62 @@ class NameIndex:
 
     def add(self, named: Iterable[tuple[str, str]]) -> None:
         """Enter things, each as its IRI and one of its names."""
-        with self._database:
+        known: dict[str, int] = {}
+        with self._database as database:
             for iri, name in named:
-                keys = {key for key in _keys(name) if key[1]}
-                enter = "INSERT OR IGNORE INTO things (iri, keys) VALUES (?, ?)"
-                new = self._database.execute(enter, (iri, len(keys)))
-                at = new.lastrowid
-                if not new.rowcount:
-                    [(at,)] = self._database.execute("SELECT id FROM things WHERE iri = ?", (iri,))
-                enter = "INSERT OR IGNORE INTO keys VALUES (?, ?, ?)"
-                self._database.executemany(enter, ((*key, at) for key in keys))
+                base, number = parted(name)
+                if base not in known:
+                    known[base] = self._enter(base)
+                row = (known[base], number, iri)
+                database.execute("INSERT OR IGNORE INTO things VALUES (?, ?, ?)", row)
 
-    def things(self, form: int, key: str) -> list[str]:
-        """Return the IRIs of the things that may have a name with this key, sorted."""
-        query = "SELECT iri FROM keys JOIN things ON id = thing WHERE form = ? AND key = ?"
-        return sorted(iri for (iri,) in self._database.execute(query, (form, key)))
+    def _enter(self, base: str) -> int:
+        [found] = self._database.execute("SELECT MAX(id) FROM bases WHERE base = ?", (base,))
+        if found[0] is not None:
+            return int(found[0])
+        keys = {key for key in _keys(base) if key[1]}
+        enter = "INSERT INTO bases (base, keys) VALUES (?, ?)"
+        at = self._database.execute(enter, (base, len(keys))).lastrowid or 0
+        self._database.executemany("INSERT INTO keys VALUES (?, ?, ?)", ((*k, at) for k in keys))
+        return at
 
-    def bases(self) -> Iterator[str]:
-        """Give the normal form of every name without the number at its end, each once."""
-        query = "SELECT DISTINCT key FROM keys WHERE form = ?"
-        return (key for (key,) in self._database.execute(query, (BASE,)))
+    def things(self, form: int, key: str, number: str | None = None) -> list[str]:
+        """Return the IRIs of the things that may have a name with this key, and with this number
+        ("" for none) or any, sorted."""
+        query = "SELECT iri FROM keys JOIN things USING (base) WHERE form = ? AND key = ?"
+        given: tuple[object, ...] = (form, key)
+        if number is not None:
+            query, given = f"{query} AND number = ?", (form, key, number)
+        return sorted({iri for (iri,) in self._database.execute(query, given)})
 
-    def alike(self, name: str) -> Iterator[str]:
-        """Give the IRIs of the things with a pair of letters that a name has, too: those with the
-        most such pairs first, of these those with the shortest names."""
-        pairs = sorted(_pairs(name))
+    def bases(self) -> list[str]:
+        """Return the normal form of every name without its number, each once."""
+        return [base for (base,) in self._database.execute("SELECT base FROM bases ORDER BY base")]
+
+    def alike(self, name: str, most: int) -> list[str]:
+        """Return the IRIs of at most so many things whose names share a pair of letters with a
+        name: those with the most such pairs first, then the shortest, then those of its number."""
+        base, number = parted(name)
+        pairs = sorted(_pairs(base))
         query = _ALIKE.format(", ".join("?" * len(pairs)))
-        return (iri for (iri,) in self._database.execute(query, (PAIR, *pairs)))
+        found = self._database.execute(query, (PAIR, *pairs, number, most))
+        return list(dict.fromkeys(iri for (iri,) in found))
 
 
-def key_of(form: int, name: str) -> str:
-    """Return the key of a name in one of the forms that give it a single one."""
-    if form == FOLDED:
-        return folded(name)
-    if form == WITHOUT_S:
-        return " ".join(without_s(name))
-    base, _, number = normal(name).rpartition("_")
-    return base if base and number.isdigit() else normal(name)
+def parted(name: str) -> tuple[str, str]:
+    """Return the normal form of a name without the number at its end, and the number: "toy_1" as
+    toy and 1."""
+    whole = normal(name)
+    found = _NUMBER.fullmatch(whole)
+    return (found[1].rstrip("_"), found[2]) if found else (whole, "")
 
 
-def _keys(name: str) -> Iterator[tuple[int, str]]:
-    yield from ((form, key_of(form, name)) for form in (FOLDED, WITHOUT_S, BASE))
-    yield from ((WORD, word) for word in words(name))
-    yield from ((PAIR, pair) for pair in _pairs(name))
+def _keys(base: str) -> Iterator[tuple[int, str]]:
+    yield from ((BASE, base), (FOLDED, folded(base)), (WITHOUT_S, " ".join(without_s(base))))
+    yield from ((WORD, word) for word in words(base))
+    yield from ((PAIR, pair) for pair in _pairs(base))
 
 
-def _pairs(name: str) -> set[str]:
-    text = f"_{normal(name)}_"
+def _pairs(base: str) -> set[str]:
+    text = f"_{base}_"
     return {text[n : n + 2] for n in range(len(text) - 1)}

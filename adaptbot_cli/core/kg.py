@@ -13,8 +13,8 @@ from rdflib.term import Node
 from adaptbot_cli.core.clock import within
 from adaptbot_cli.core.delta import Delta, UndoLog
 from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
-from adaptbot_cli.core.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex, key_of
-from adaptbot_cli.core.names import variants, words
+from adaptbot_cli.core.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex, parted
+from adaptbot_cli.core.names import folded, normal, variants, without_s, words
 from adaptbot_cli.core.sparql import is_plain, variables
 from adaptbot_cli.core.terms import (
     AB,
@@ -40,6 +40,9 @@ T = TypeVar("T")
 
 MOST_VALUES = 5
 """How many values of a default are looked at."""
+
+_SCANNED = 20
+"""How many things are looked at for each one of some classes that has a name like another."""
 
 Bindings = Mapping[str, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]
@@ -281,25 +284,27 @@ class Kg:
                         return tuple(sorted(found))
         for form in variants(name):
             for predicates in (self.named_by, (AB.alias,)):
-                if alike := self._keyed(FOLDED, key_of(FOLDED, form), predicates):
+                if alike := self._folded(form, predicates):
                     return alike
         return ()
 
     def numbered(self, base: str) -> tuple[URIRef, ...]:
         """Return the things whose names are a name and a number: toy_1 and toy_2 of "toy"."""
-        found = self._keyed(BASE, base, self.named_by)
-        return tuple(thing for thing in found if self.name(thing).rpartition("_")[2].isdigit())
+        found = map(URIRef, self._names.things(BASE, base))
+        return tuple(t for t in found if self.classes(t) and _is_numbered(self.name(t), base))
 
-    def bases(self) -> Iterator[str]:
-        """Give the names that things have or had, normal and without a number, each once."""
+    def bases(self) -> list[str]:
+        """Return the names that things have or had, normal and without a number, each once."""
         return self._names.bases()
 
-    def _keyed(self, form: int, key: str, predicates: Iterable[URIRef]) -> tuple[URIRef, ...]:
-        """The things of the domain's classes that have a name with a key among some predicates."""
+    def _folded(self, name: str, predicates: Iterable[URIRef]) -> tuple[URIRef, ...]:
+        """The things that some predicates call so but for accents, case and separators."""
+        base, number = parted(name)
+        wanted = folded(name)
         return tuple(
             thing
-            for thing in map(URIRef, self._names.things(form, key))
-            if any(key_of(form, text) == key for p in predicates for text in self._texts(thing, p))
+            for thing in map(URIRef, self._names.things(FOLDED, folded(base), number))
+            if any(folded(text) == wanted for p in predicates for text in self._texts(thing, p))
             and self.classes(thing)
         )
 
@@ -334,11 +339,10 @@ class Kg:
 
     def spelled(self, name: str) -> tuple[URIRef, ...]:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
-        wanted = key_of(WITHOUT_S, name)
-        found = map(URIRef, self._names.things(WITHOUT_S, wanted))
-        return tuple(
-            t for t in found if key_of(WITHOUT_S, self.name(t)) == wanted and self.classes(t)
-        )
+        base, number = parted(name)
+        wanted = without_s(name)
+        found = map(URIRef, self._names.things(WITHOUT_S, " ".join(without_s(base)), number))
+        return tuple(t for t in found if without_s(self.name(t)) == wanted and self.classes(t))
 
     def with_word(self, word: str) -> tuple[URIRef, ...]:
         """Return the things with a word in their names."""
@@ -352,16 +356,17 @@ class Kg:
     def alike(self, name: str, classes: Iterable[Node], most: int = 100) -> list[str]:
         """Return the names of at most `most` things of some classes that are worth comparing with
         a name: those that share the most pairs of letters with it."""
-        return [self.name(e) for e in islice(self._like(name, classes), most)]
+        return [self.name(entity) for entity in self._like(name, classes, most)]
 
     def names_like(self, name: str, most: int = 1000) -> list[str]:
         """Return all names of the `most` things that are worth comparing with a name."""
-        things = islice(self._like(name, self.domain.kinds), most)
+        things = self._like(name, self.domain.kinds, most)
         return [text for thing in things for text in self._every_name(thing)]
 
-    def _like(self, name: str, classes: Iterable[Node]) -> Iterator[URIRef]:
+    def _like(self, name: str, classes: Iterable[Node], most: int) -> list[URIRef]:
         wanted = frozenset(classes)
-        return (e for e in map(URIRef, self._names.alike(name)) if self.is_a(e, wanted))
+        found = map(URIRef, self._names.alike(name, _SCANNED * most))
+        return list(islice((entity for entity in found if self.is_a(entity, wanted)), most))
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""
@@ -442,7 +447,7 @@ class Kg:
         names are worth most to be compared with a name."""
         wanted = frozenset(classes)
         few = self.few(wanted, most)
-        return sorted(islice(self._like(name, wanted), most)) if few is None else few
+        return sorted(self._like(name, wanted, most)) if few is None else few
 
     def _members(self, classes: frozenset[Node]) -> Iterator[str]:
         for kind in self.domain.kinds.values():
@@ -612,3 +617,9 @@ def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Tr
             )
             if subject is not None and predicate is not None and value is not None:
                 yield subject, predicate, value
+
+
+def _is_numbered(name: str, base: str) -> bool:
+    """Whether a name is another with a number behind it."""
+    front, _, number = name.rpartition("_")
+    return number.isdigit() and normal(front) == base

@@ -18,8 +18,8 @@ from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import FALSE, TRUE, local
 from adaptbot_cli.core.words import Related
 
-MOST = 2_000
-"""The most things that words are compared with; beyond that nothing is suggested."""
+MOST = 500
+"""The most things that words are compared with: those with the names most like the one asked about."""
 
 SURE, SURE_OF_PLACE, SURE_OF_KIND = 0.7, 0.5, 0.75
 """The share of the weight that an answer needs: a place is but one of many."""
@@ -133,12 +133,18 @@ class Likely:
         self.values = {prop: self._known(prop) if known else {} for prop in asked}
 
     def _known(self, prop: URIRef) -> dict[Node, Node]:
-        found = sorted(self.scene.kg.facts.triples((None, prop, None)), reverse=True)
-        values = {s: o for s, _, o in found if s in self.words}
-        declared = self.scene.domain.properties.get(prop)
-        for implied in declared.implied if declared else ():
-            entries = self.scene.kg.facts.subjects(implied.prop, implied.equals)
-            values = {s: implied.value for s in entries if s in self.words} | values
+        facts, declared = self.scene.kg.facts, self.scene.domain.properties.get(prop)
+        values: dict[Node, Node] = {}
+        for entity in self.words:
+            stated = min(facts.objects(entity, prop), default=None)
+            implied = (
+                rule.value
+                for rule in (declared.implied if declared else ())
+                if (entity, rule.prop, rule.equals) in facts
+            )
+            value = stated if stated is not None else next(implied, None)
+            if value is not None:
+                values[entity] = value
         return values
 
     def near(self, entity: URIRef | None, words: "_Words") -> list[Near]:

@@ -23,6 +23,7 @@ def index_of(*names: str, place: str = ":memory:") -> NameIndex:
         (WITHOUT_S, "green tea", ["Green Tea", "green_tea", "greens_teas"]),
         (WORD, "green", ["Green Tea", "green_tea"]),
         (BASE, "cup", ["cup", "cup_1", "cup_2"]),
+        (WORD, "2", []),
         (WORD, "nothing", []),
     ],
 )
@@ -33,16 +34,24 @@ def test_things_are_found_by_a_key_of_their_names(form: int, key: str, expected:
 
 def test_names_worth_comparing_come_with_the_most_shared_pairs_first() -> None:
     known = index_of("onion", "union jack", "salt", "green onion")
-    assert list(known.alike("onoin"))[:2] == ["onion", "green onion"]
-    assert "salt" not in known.alike("onion")
-    assert list(known.alike("")) == []
+    assert known.alike("onoin", 2) == ["onion", "green onion"]
+    assert "salt" not in known.alike("onion", 9)
+    assert known.alike("", 9) == []
 
 
 def test_of_many_names_the_nearest_are_the_same_as_by_comparing_all() -> None:
     names = [f"{first}_{second}" for first in ("red", "big", "old", "wet") for second in WORDS]
     known = index_of(*names)
     for wanted in ("red_spaner", "oldcup", "wett_towel"):
-        assert nearest(wanted, list(known.alike(wanted))[:100]) == nearest(wanted, names)
+        assert nearest(wanted, known.alike(wanted, 100)) == nearest(wanted, names)
+
+
+def test_things_that_a_number_tells_apart() -> None:
+    known = index_of("cup_1", "cup_2", "cup", "cup 22")
+    assert known.things(BASE, "cup", "2") == ["cup_2"]
+    assert known.things(BASE, "cup", "") == ["cup"]
+    assert known.alike("cupp_22", 2) == ["cup 22", "cup"]
+    assert known.bases() == ["cup"]
 
 
 def test_an_index_in_a_file_is_there_the_next_time(tmp_path: Path) -> None:
