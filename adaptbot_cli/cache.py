@@ -43,6 +43,15 @@ def write(kind: str, key: str, data: bytes, most: int) -> None:
             old.unlink(missing_ok=True)
 
 
+def folder(kind: str) -> Path:
+    """Return the folder of a kind that only this user writes. Raises OSError if it cannot be."""
+    found = _folder(kind)
+    found.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if found.stat().st_uid != os.getuid():
+        raise PermissionError(f"{found} belongs to somebody else")
+    return found
+
+
 def _folder(kind: str) -> Path:
     from platformdirs import user_cache_path
 

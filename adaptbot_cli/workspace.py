@@ -30,8 +30,9 @@ _FIRST_CONFIG = """\
 # world = "exec:python robot.py"  # what carries a plan out; without one it is only rehearsed
 # act_timeout = 60              # seconds that the world may take for one step
 # confirm = "irreversible"      # or "each", "none": the steps that you agree to first
-# [kg]                          # a SPARQL 1.1 server that several workspaces share
-# endpoint = "https://example.org/sparql"
+# [kg]
+# large = 50000                 # lines of facts from which on the graph is kept on disk as well
+# endpoint = "https://example.org/sparql"  # a SPARQL 1.1 server that several workspaces share
 """
 
 
@@ -85,6 +86,9 @@ SETTINGS: dict[str, Setting] = {
         None,
         "ADAPTBOT_KG_UPDATE_ENDPOINT",
     ),
+    "kg.large": Setting(
+        "a number of lines", lambda value: type(value) is int and value > 0, 50_000
+    ),
     **dict.fromkeys(("kg.attributes", "kg.state", "kg.log"), Setting("an IRI", _iri)),
     "timeout": Setting("a number of seconds", lambda value: _number(value) and value > 0),
     "max_tokens": Setting("a number of tokens", lambda value: type(value) is int and value > 0),
@@ -133,6 +137,11 @@ class Workspace:
             return said, setting.variable
         file = self.files_of.get(name)
         return self.setting(name), "" if file is None else str(file)
+
+    @property
+    def large(self) -> int:
+        """From how many lines on the files of a domain are a large home's, kept on disk."""
+        return int(self.setting("kg.large"))
 
     @property
     def exists(self) -> bool:

@@ -64,6 +64,12 @@ class NameIndex:
         self._database.executemany("INSERT INTO keys VALUES (?, ?, ?)", ((*k, at) for k in keys))
         return at
 
+    def copy(self, place: str) -> None:
+        """Write the whole index into a new database."""
+        with sqlite3.connect(place) as database:
+            self._database.backup(database)
+        database.close()
+
     def things(self, form: int, key: str, number: str | None = None) -> list[str]:
         """Return the IRIs of the things that may have a name with this key, and with this number
         ("" for none) or any, sorted."""

@@ -120,7 +120,7 @@ class Kg:
     _changes: dict[Asked, Delta] = field(default_factory=dict)
     _values: dict[tuple[str, Asked], tuple[Node, ...]] = field(default_factory=dict)
     _index: ActionIndex | None = None
-    _spellings: NameIndex | None = None
+    _names: NameIndex | None = None
 
     def __post_init__(self) -> None:
         self._line = UndoLog(self._write)
@@ -153,6 +153,16 @@ class Kg:
                 store.add(_quad((kind.iri, RDFS.subClassOf, parent), SCHEMA))
         strays = (_move(store, predicate, kg.home_of(predicate)) for predicate in domain.properties)
         kg.strays = frozenset(fact for facts in strays for fact in facts)
+        return kg
+
+    @classmethod
+    def of_copy(
+        cls, domain: Domain, store: pyoxigraph.Store, names: NameIndex, size: tuple[int, int]
+    ) -> "Kg":
+        """Return the graph on a store that `over` has seen before, with what is known of it: an
+        index of its names, and its size."""
+        kg = cls(domain, store, domain.name_properties())
+        kg._names, kg._known.size = names, size
         return kg
 
     def under(self, domain: Domain) -> "Kg":
@@ -290,12 +300,12 @@ class Kg:
 
     def numbered(self, base: str) -> tuple[URIRef, ...]:
         """Return the things whose names are a name and a number: toy_1 and toy_2 of "toy"."""
-        found = map(URIRef, self._names.things(BASE, base))
+        found = map(URIRef, self.spellings.things(BASE, base))
         return tuple(t for t in found if self.classes(t) and _is_numbered(self.name(t), base))
 
     def bases(self) -> list[str]:
         """Return the names that things have or had, normal and without a number, each once."""
-        return self._names.bases()
+        return self.spellings.bases()
 
     def _folded(self, name: str, predicates: Iterable[URIRef]) -> tuple[URIRef, ...]:
         """The things that some predicates call so but for accents, case and separators."""
@@ -303,20 +313,23 @@ class Kg:
         wanted = folded(name)
         return tuple(
             thing
-            for thing in map(URIRef, self._names.things(FOLDED, folded(base), number))
+            for thing in map(URIRef, self.spellings.things(FOLDED, folded(base), number))
             if any(folded(text) == wanted for p in predicates for text in self._texts(thing, p))
             and self.classes(thing)
         )
 
     @property
-    def _names(self) -> NameIndex:
+    def spellings(self) -> NameIndex:
         """The index of all names, made when it is first needed."""
-        if self._spellings is None:
-            self._spellings = NameIndex()
-            self._spellings.add(self.all_named())
-        return self._spellings
+        return self._names or self.indexed_in(NameIndex())
 
-    def all_named(self) -> Iterator[tuple[str, str]]:
+    def indexed_in(self, index: NameIndex) -> NameIndex:
+        """Enter all names into an index, use it from now on and return it."""
+        index.add(self._all_named())
+        self._names = index
+        return index
+
+    def _all_named(self) -> Iterator[tuple[str, str]]:
         """Give every thing with each of its names, or with the end of its IRI if it has none."""
         named = set()
         for predicate in (*self.named_by, AB.alias):
@@ -341,12 +354,12 @@ class Kg:
         """Return the entities whose names differ from this one by an "s" in a word at most."""
         base, number = parted(name)
         wanted = without_s(name)
-        found = map(URIRef, self._names.things(WITHOUT_S, " ".join(without_s(base)), number))
+        found = map(URIRef, self.spellings.things(WITHOUT_S, " ".join(without_s(base)), number))
         return tuple(t for t in found if without_s(self.name(t)) == wanted and self.classes(t))
 
     def with_word(self, word: str) -> tuple[URIRef, ...]:
         """Return the things with a word in their names."""
-        found = map(URIRef, self._names.things(WORD, word))
+        found = map(URIRef, self.spellings.things(WORD, word))
         return tuple(t for t in found if word in words(self.name(t)) and self.classes(t))
 
     def with_head(self, word: str) -> tuple[URIRef, ...]:
@@ -365,7 +378,7 @@ class Kg:
 
     def _like(self, name: str, classes: Iterable[Node], most: int) -> list[URIRef]:
         wanted = frozenset(classes)
-        found = map(URIRef, self._names.alike(name, _SCANNED * most))
+        found = map(URIRef, self.spellings.alike(name, _SCANNED * most))
         return list(islice((entity for entity in found if self.is_a(entity, wanted)), most))
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
@@ -525,9 +538,9 @@ class Kg:
             nodes = sum(map(bool, after)) - sum(map(bool, before))
             size = size[0] + nodes, size[1] + sum(after) - sum(before)
         self._known = _Known(size=size)
-        if self._spellings is not None:
+        if self._names is not None:
             named = ((str(s), t) for s in subjects for t in self._every_name(s))
-            self._spellings.add(named)
+            self._names.add(named)
         self.forget()
 
     def _every_name(self, entity: Node) -> list[str]:

@@ -19,7 +19,7 @@ from adaptbot_cli.core.terms import FALSE, TRUE, local
 from adaptbot_cli.core.words import Related
 
 MOST = 500
-"""The most things that words are compared with: those with names most like that of the one asked."""
+"""The most things that words are compared with: of more, those with names most alike."""
 
 SURE, SURE_OF_PLACE, SURE_OF_KIND = 0.7, 0.5, 0.75
 """The share of the weight that an answer needs: a place is but one of many."""
@@ -136,7 +136,7 @@ class Likely:
         facts, declared = self.scene.kg.facts, self.scene.domain.properties.get(prop)
         values: dict[Node, Node] = {}
         for entity in self.words:
-            stated = next(iter(sorted(facts.objects(entity, prop))), None)
+            stated = next((o for _, _, o in sorted(facts.triples((entity, prop, None)))), None)
             implied = (
                 rule.value
                 for rule in (declared.implied if declared else ())

@@ -362,7 +362,8 @@ def started_on(domain: str, workspace: Workspace) -> "WorkspaceStart":
     from adaptbot_cli.adapters.store.keeper import start
 
     workspace.folder(domain)  # a domain that is not there makes no workspace
-    return start(workspace.root, domain, partial(workspace.first_files, domain), started)
+    first = partial(workspace.first_files, domain)
+    return start(workspace.root, domain, first, started, workspace.large)
 
 
 def keeper_of(
@@ -377,7 +378,9 @@ def keeper_of(
         inside = transcript.is_relative_to(workspace.transcripts)
         name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
     source = CommitSource(planner, name, started)
-    return Keeper(workspace.root, request.domain, source, plan_file=plan_file)
+    return Keeper(
+        workspace.root, request.domain, source, plan_file=plan_file, large=workspace.large
+    )
 
 
 @contextmanager

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rdflib import URIRef
     from rdflib.term import Node
 
-    from adaptbot_cli.adapters.store.keeper import Keeper
+    from adaptbot_cli.adapters.store.keeper import Held, Keeper
     from adaptbot_cli.core.kg import Kg
 
 
@@ -130,9 +130,9 @@ def keep_file(home: Home, file: KeptFile, subject: str, source: str) -> str | No
 
 def judge(home: Home, delta: Delta) -> None:
     """Judge a change as its commit would. Raises KnowledgeError: the domain does not allow it."""
-    from adaptbot_cli.adapters.store.keeper import Held, refusal
+    from adaptbot_cli.adapters.store.keeper import refusal
 
-    held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
+    held = _held(home)
     files = held.after(delta)
     broken = held.new_faults(delta, files) if files else []
     if broken:
@@ -145,9 +145,10 @@ def keeper(home: Home) -> "Keeper":
 
     root, domain = home.workspace.root, home.domain
     home.workspace.folder(domain)  # a domain that is not there makes no workspace
-    begun = start(root, domain, partial(home.workspace.first_files, domain), _now)
+    first, large = partial(home.workspace.first_files, domain), home.workspace.large
+    begun = start(root, domain, first, _now, large)
     held = Held(f"kg/{domain}", begun.files, begun.kg)
-    return Keeper(root, domain, CommitSource("none", "", _now), held)
+    return Keeper(root, domain, CommitSource("none", "", _now), held, large=large)
 
 
 def _now() -> datetime:
@@ -156,11 +157,16 @@ def _now() -> datetime:
 
 def after(home: Home, delta: Delta) -> "Kg":
     """Return the graph as a change would leave it. Raises KnowledgeError."""
-    from adaptbot_cli.adapters.store.keeper import Held
-    from adaptbot_cli.adapters.store.reading import load_kg
+    held = _held(home)
+    held.learn(delta, held.after(delta))
+    return held.kg
 
-    held = Held.of(home.workspace.files(home.domain), f"kg/{home.domain}")
-    return load_kg({**held.files, **held.after(delta)}, held.where)
+
+def _held(home: Home) -> "Held":
+    from adaptbot_cli.adapters.store.keeper import Held
+
+    workspace, domain = home.workspace, home.domain
+    return Held.of(workspace.files(domain), f"kg/{domain}", workspace.large)
 
 
 def revert(home: Home, revision: str) -> ProposedChange:

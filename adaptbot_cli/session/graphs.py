@@ -34,7 +34,8 @@ def load(
         workspace.folder(domain)
         return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
     files = settled(workspace.root, lambda: workspace.files(domain))
-    return load_kg(files, str(workspace.folder(domain)), read_graphs(facts))
+    where = str(workspace.folder(domain))
+    return load_kg(files, where, read_graphs(facts), workspace.large)
 
 
 def reader(

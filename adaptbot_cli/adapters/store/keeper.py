@@ -15,6 +15,7 @@ from typing import TypeVar
 from rdflib import RDF, RDFS, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.adapters.store import copies
 from adaptbot_cli.adapters.store import files as disk
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import UNFINISHED, Repo
@@ -24,6 +25,7 @@ from adaptbot_cli.adapters.store.reading import (
     load_kg,
     misplaced,
     parse,
+    parts_of,
     paths_of,
 )
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
@@ -79,13 +81,13 @@ class Held:
     kg: Kg
 
     @classmethod
-    def of(cls, files: Mapping[str, bytes], where: str) -> "Held":
-        """Load a domain from the bytes of its files.
+    def of(cls, files: Mapping[str, bytes], where: str, large: int | None = None) -> "Held":
+        """Load a domain from the bytes of its files, as `load_kg` does.
 
         Raises:
             KnowledgeError, PackError: the files make no domain.
         """
-        return cls(where, dict(files), load_kg(files, where))
+        return cls(where, dict(files), load_kg(files, where, large=large))
 
     def after(self, change: Delta) -> dict[str, bytes]:
         """Return the files that a change of facts makes differ, as they are after it.
@@ -165,7 +167,7 @@ class Keeper:
 
     Whatever is committed is judged on the files as they are at that moment, not on the graph that
     the run started from; they are read again only if they have changed. `plan_file` writes a plan
-    that is to be kept.
+    that is to be kept; `large` is from how many lines of facts on a home is kept on disk.
     """
 
     root: Path
@@ -173,6 +175,7 @@ class Keeper:
     origin: CommitSource
     held: Held | None = None
     plan_file: PlanFile | None = None
+    large: int | None = None
 
     @property
     def _where(self) -> str:
@@ -242,7 +245,7 @@ class Keeper:
         with repo.writing():
             found = read_files(self.root / self._where, self.root)
             if self.held is None or self.held.files != found:
-                self.held = Held.of(found, self._where)
+                self.held = Held.of(found, self._where, self.large)
             held = self.held
             changed = held.after(change)
             broken = held.new_faults(change, changed) if changed else []
@@ -261,6 +264,8 @@ class Keeper:
                 written[path] = held.files[path.rpartition("/")[2]]
             revision = repo.commit(written, message, self.origin.now(), apart, staged)
             held.learn(change, changed)
+            if self.large is not None and copies.is_large(held.files, self.large):
+                copies.keep_copy(held.kg, parts_of(held.files))
             return revision
 
     def _beside_edits(
@@ -358,13 +363,14 @@ def start(
     domain: str,
     first: Callable[[], Mapping[str, bytes]],
     now: Callable[[], datetime],
+    large: int | None = None,
 ) -> WorkspaceStart:
     """Write and commit what a first use of a domain needs; return what a run starts from.
 
     `first` gives the files that a first use writes. It is asked while the workspace is locked, so
     that it sees what another run has just made. No file that is there already is written. Files
     that are there and were never committed are committed if the domain finds nothing wrong with
-    them, else left as hand edits.
+    them, else left as hand edits. The graph is loaded as `load_kg` does with `large`.
 
     Raises:
         KnowledgeError: the workspace cannot be written, or its files make no domain.
@@ -375,7 +381,7 @@ def start(
         own = f"kg/{domain}/"
         found = read_files(root / "kg" / domain, root)
         found |= {p.removeprefix(own): data for p, data in new.items() if p.startswith(own)}
-        kg = load_kg(found, f"kg/{domain}")
+        kg = load_kg(found, f"kg/{domain}", large=large)
         head = repo.head()
         known = repo.blobs(head, paths_of(domain)) if head else {}
         unknown = set(paths_of(domain)) - known.keys() - new.keys()

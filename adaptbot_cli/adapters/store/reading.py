@@ -8,7 +8,7 @@ import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store import domains, turtle
+from adaptbot_cli.adapters.store import copies, domains, turtle
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -22,11 +22,17 @@ FACT_FILES = {"attributes.ttl": ATTRIBUTES, "state.ttl": STATES}
 """The files of the facts, and the named graph that each is read into."""
 
 
-def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | None = None) -> Kg:
+def load_kg(
+    files: Mapping[str, bytes],
+    where: str,
+    instead: Sequence[Triple] | None = None,
+    large: int | None = None,
+) -> Kg:
     """Build the graph of a domain from the bytes of its five files.
 
     With `instead`, the facts are these triples, split by the domain's properties, and not those
-    of the files; tasks among them are known too.
+    of the files; tasks among them are known too. From `large` lines of facts on, the graph is one
+    that is kept on disk (`copies`), where there is one or one can be made.
 
     Raises:
         KnowledgeError: a file is missing or is no valid Turtle; the message names file and line.
@@ -35,10 +41,23 @@ def load_kg(files: Mapping[str, bytes], where: str, instead: Sequence[Triple] | 
     domain = load_domain(files, where)
     if instead is not None:
         return Kg.load(with_tasks(domain, instead), *split(instead, domain))
-    store = pyoxigraph.Store()
-    for name, graph in FACT_FILES.items():
-        _fill(store, files[name], f"{where}/{name}", graph)
-    return Kg.over(domain, store)
+
+    def fill(store: pyoxigraph.Store) -> None:
+        for name, graph in FACT_FILES.items():
+            _fill(store, files[name], f"{where}/{name}", graph)
+
+    if large is not None and copies.is_large(files, large):
+        kept = copies.open_copy(parts_of(files), domain, fill)
+        if kept is not None:
+            return kept
+    engine = pyoxigraph.Store()
+    fill(engine)
+    return Kg.over(domain, engine)
+
+
+def parts_of(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return those of a domain's files that make its graph: the facts and the classes."""
+    return {name: files[name] for name in ("domain.ttl", *FACT_FILES)}
 
 
 def load_domain(files: Mapping[str, bytes], where: str) -> Domain:

@@ -1,0 +1,135 @@
+"""Copies of large homes on disk, so that a command need not read a home's files to know it.
+
+A copy is the graph as a database of Oxigraph, with an index of its names. It lies in the user's
+cache under a digest of the files that it was made from: no workspace can bring one, and one that
+does not match is never found. A process works on links to it of its own, and so may change them.
+"""
+
+import atexit
+import fcntl
+import json
+import os
+import shutil
+import sqlite3
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+
+import pyoxigraph
+
+from adaptbot_cli import cache
+from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.index import NameIndex
+from adaptbot_cli.core.kg import Kg
+
+_MOST = 4
+"""How many copies are kept; versions of one home share most of what they hold."""
+_FORM = b"1"
+_OLD = 60.0
+"""Seconds after which what a process has not opened it never will."""
+
+_GRAPH, _NAMES, _ABOUT = "graph", "names", "about.json"
+_UNUSABLE = (OSError, ValueError, KeyError, sqlite3.Error)
+_numbers = count()
+
+
+def is_large(files: Mapping[str, bytes], large: int) -> bool:
+    """Tell whether a domain's files have more than so many lines."""
+    return sum(data.count(b"\n") for data in files.values()) > large
+
+
+def open_copy(
+    parts: Mapping[str, bytes], domain: Domain, fill: Callable[[pyoxigraph.Store], None]
+) -> Kg | None:
+    """Return the graph of a home from its copy, which is made if there is none.
+
+    `parts` are the files that the graph is made of, which `fill` reads into a store. None if no
+    copy can be had, for want of room or rights: it costs time, and nothing else. Raises what `fill`
+    raises.
+    """
+    try:
+        folder = cache.folder("graphs")
+        _sweep(folder)
+    except OSError:
+        return None
+    key = _key(parts)
+    with suppress(*_UNUSABLE):
+        return _linked(folder / key, domain, _own(folder))
+    own = _own(folder)
+    with suppress(OSError, sqlite3.Error):
+        store = pyoxigraph.Store(str(own / _GRAPH))
+        fill(store)
+        kg = Kg.over(domain, store)
+        kg.indexed_in(NameIndex(str(own / _NAMES)))
+        kg.size()
+        store.optimize()
+        if not kg.strays:  # they are known only to who has read the files
+            keep_copy(kg, parts)
+        return kg
+    return None
+
+
+def keep_copy(kg: Kg, parts: Mapping[str, bytes]) -> None:
+    """Keep a graph that `open_copy` returned as the copy of its files, as they are now."""
+    with suppress(*_UNUSABLE):
+        folder = cache.folder("graphs")
+        new, kept = _own(folder), folder / _key(parts)
+        kg.engine.backup(str(new / _GRAPH))
+        kg.spellings.copy(str(new / _NAMES))
+        (new / _ABOUT).write_text(json.dumps(kg.size()))
+        new.rename(kept)
+        there = [p for p in folder.iterdir() if "-" not in p.name]
+        for old in sorted(there, key=lambda p: p.stat().st_mtime)[:-_MOST]:
+            shutil.rmtree(old, ignore_errors=True)
+
+
+def _key(parts: Mapping[str, bytes]) -> str:
+    named = sorted(parts.items())
+    return cache.key_of([_FORM, *(part for name, data in named for part in (name.encode(), data))])
+
+
+def _linked(kept: Path, domain: Domain, own: Path) -> Kg:
+    """Open a copy of a copy: what never changes is linked. Raises one of `_UNUSABLE`."""
+    nodes, edges = json.loads((kept / _ABOUT).read_text())
+    (own / _GRAPH).mkdir()
+    for part in (kept / _GRAPH).iterdir():
+        if part.suffix == ".sst":
+            (own / _GRAPH / part.name).hardlink_to(part)
+        elif part.name != "LOCK":
+            shutil.copyfile(part, own / _GRAPH / part.name)
+    shutil.copyfile(kept / _NAMES, own / _NAMES)
+    os.utime(kept)
+    names = NameIndex(str(own / _NAMES))
+    return Kg.of_copy(domain, pyoxigraph.Store(str(own / _GRAPH)), names, (nodes, edges))
+
+
+def _own(folder: Path) -> Path:
+    """A new folder of this process's, which goes when it ends."""
+    own = folder / f"own-{os.getpid()}-{next(_numbers)}"
+    shutil.rmtree(own, ignore_errors=True)  # of a process that was killed
+    own.mkdir(mode=0o700)
+    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    return own
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what killed processes have left: the engine's lock on it is free."""
+    for left in folder.glob("own-*"):
+        if left.name.startswith(f"own-{os.getpid()}-"):
+            continue
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > _OLD and _is_free(left / _GRAPH / "LOCK"):
+                shutil.rmtree(left, ignore_errors=True)
+
+
+def _is_free(lock: Path) -> bool:
+    try:
+        with lock.open("r+b") as file:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+    return True
