@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from rdflib import URIRef, Variable
+from rdflib import RDF, URIRef, Variable
 from rdflib.term import Node
 
 from adaptbot_cli.core.plan import Constraint, Goal, Task
@@ -188,7 +188,8 @@ class Domain:
     `aliases` are the names under which recordings of experiments know it. `task_classes` are kinds
     of tasks that are not listed one by one, by name, with the goals that they share; `constraints`
     the diets and allergens; `part_words` what stands for the thing that it is a part of, as does
-    "the door of the fridge"; `servings` is a SELECT of what has been served when a plan has run.
+    "the door of the fridge"; `servings` is a SELECT of what has been served when a plan has run;
+    `filed_by` the property by which a large home's files are split.
     """
 
     iri: URIRef
@@ -213,6 +214,7 @@ class Domain:
     aliases: tuple[str, ...] = ()
     task_classes: Mapping[str, Task] = field(default_factory=dict)
     constraints: tuple[Constraint, ...] = ()
+    filed_by: URIRef = RDF.type
     servings: str = ""
 
     @property

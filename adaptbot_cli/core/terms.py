@@ -24,8 +24,9 @@ TERMS: frozenset[str] = frozenset(
     """
     Action Constraint Domain Task TaskClass about absentAction absentItem advice advises agent
     alias allergyTo ask asks attribute before calledAs class datatype default diet effect equals
-    explain fails falseWord family fetches filler functional goal graph hand hidden holds ifUnknown
-    impliedBy instead insteadMeans irreversible kindOrder locationProperty message name nameProperty
+    explain fails falseWord family fetches filedBy filler functional goal graph hand hidden holds
+    ifUnknown impliedBy instead insteadMeans irreversible kindOrder locationProperty message name
+    nameProperty
     namespace needs of ofProduct optional order parameter parameters places preposition product
     partWord prompted property purpose quantifier question requires select servings starts state
     stateWord

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from adaptbot_cli.core.changes import Changes, Known, Words, about, following, taken_back
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.names import nearest, normal
+from adaptbot_cli.core.names import nearest, normal, sentence_list
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import UNKNOWN
 from adaptbot_cli.core.terms import Triple
@@ -113,6 +113,34 @@ def last_plan(home: Home) -> KeptFile | None:
             old = before.get(name)
             return KeptFile(path, repo.blob(old) if old else None)
     return None
+
+
+def split_files(home: Home) -> str | None:
+    """Divide the files of facts as the pack says, in a commit that changes no fact; return the
+    revision, None if they are divided so already.
+
+    Raises:
+        KnowledgeError: they cannot be, or hold edits that are not committed.
+    """
+    from adaptbot_cli.adapters.store.filing import Filing
+    from adaptbot_cli.adapters.store.trailers import compose
+
+    keeps = keeper(home)
+    if home.versions is not None and (edited := home.versions.edited()):
+        raise KnowledgeError(
+            f"{sentence_list(edited)} holds edits that are not committed; commit them first: "
+            'adaptbot kg commit -m "…"'
+        )
+    held = keeps.held
+    if held is None:
+        return None
+    new = {n: data for n, data in Filing(held.files, held.kg).split().items()
+           if data != held.files.get(n)}  # fmt: skip
+    if not new:
+        return None
+    message = compose("split: the files of facts", [("Source", "split")])
+    others = {f"kg/{home.domain}/{name}": data for name, data in new.items()}
+    return keeps.change(Delta(), message, others=others)
 
 
 def keep_file(home: Home, file: KeptFile, subject: str, source: str) -> str | None:

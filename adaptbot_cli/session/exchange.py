@@ -274,10 +274,10 @@ class Served:
         return Held.of(workspace.files(domain), f"kg/{domain}")
 
     def _facts(self, held: "Held") -> Facts:
-        from adaptbot_cli.adapters.store.reading import FACT_FILES
+        from adaptbot_cli.adapters.store.reading import fact_files
         from adaptbot_cli.adapters.store.versions import facts_of
 
-        return facts_of({name: held.files[name] for name in FACT_FILES})
+        return facts_of({name: held.files[name] for name in fact_files(held.files)})
 
 
 def _within(facts: Facts, scope: "frozenset[Node]") -> Facts:

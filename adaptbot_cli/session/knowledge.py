@@ -73,10 +73,10 @@ class Home:
     @cached_property
     def _of_actions(self) -> frozenset[Triple]:
         """Those of the files that hold no facts of things."""
-        from adaptbot_cli.adapters.store.reading import FACT_FILES
+        from adaptbot_cli.adapters.store.reading import graph_of
         from adaptbot_cli.adapters.store.versions import facts_of
 
-        return facts_of({n: data for n, data in self._files.items() if n not in FACT_FILES})
+        return facts_of({n: data for n, data in self._files.items() if graph_of(n) is None})
 
     def matching(
         self, subject: "Node | None" = None, predicate: "Node | None" = None
@@ -86,11 +86,11 @@ class Home:
         The graph has values in the engine's canonical form; where a file may have another, as 1.50
         for 1.5, all are read after all.
         """
-        from adaptbot_cli.adapters.store.reading import FACT_FILES
+        from adaptbot_cli.adapters.store.reading import fact_files
 
         found = set(self.kg.facts.triples((subject, predicate, None)))
         found -= set(self.kg.graph(SCHEMA))
-        exact = not any(b"^^" in self._files[name] for name in FACT_FILES)
+        exact = not any(b"^^" in self._files[name] for name in fact_files(self._files))
         if exact and all(_is_canonical(value) for _, _, value in found):
             return found | {
                 t for t in self._of_actions if subject in (None, t[0]) and predicate in (None, t[1])

@@ -21,6 +21,11 @@ from adaptbot_cli.errors import KnowledgeError
 LARGEST: Final = 256 * 1024 * 1024
 """Bytes of a file that are read at most."""
 
+FOLDERS: Final = ("attributes", "state")
+"""The folders of a domain in which a large home's facts stand, beside the files of these names."""
+MOST: Final = 20_000
+"""Files of a domain that are read at most."""
+
 _REASONS: Final = {
     errno.ENOSPC: "the disk is full; free some space and try again",
     errno.EDQUOT: "your disk quota is used up; free some space and try again",
@@ -71,18 +76,26 @@ def names(root: Path, path: str) -> list[str]:
 
 
 def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
-    """Return the contents of a pack's files, those that are there.
+    """Return the contents of a pack's files, those that are there, by their names in its folder.
 
-    With `root`, a workspace that the folder lies in, no link below it is followed.
+    Those in its folders `attributes` and `state` belong to it, too. With `root`, a workspace that
+    the folder lies in, no link below it is followed.
 
     Raises:
         KnowledgeError: the folder or a file cannot be read, or is reached through a link.
     """
     if root is None:
         with refusing(folder, "read"):
-            return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ttl"))}
+            paths = (p for pattern in ("*.ttl", *(f"{f}/*.ttl" for f in FOLDERS))
+                     for p in sorted(folder.glob(pattern)))  # fmt: skip
+            return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
     path = folder.relative_to(root).as_posix()
     found = [name for name in names(root, path) if name.endswith(".ttl")]
+    for part in (part for part in FOLDERS if part in names(root, path)):
+        inside = names(root, f"{path}/{part}")
+        found += [f"{part}/{name}" for name in inside if name.endswith(".ttl")]
+    if len(found) > MOST:
+        raise KnowledgeError(f"{folder} has more than {MOST:,} files; put several into one.")
     held = {name: read(root, f"{path}/{name}") for name in found}
     return {name: data for name, data in held.items() if data is not None}
 

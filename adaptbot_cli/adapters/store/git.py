@@ -296,11 +296,17 @@ class Repo:
         return {path: str(entry.id) for path, entry in found.items() if entry is not None}
 
     def folder(self, path: str, rev: str) -> dict[str, str]:
-        """Return the shas of the blobs in a folder at a revision, by name."""
+        """Return the shas of the blobs in a folder and in its folders at a revision, by name."""
         tree, name, blob = self._commit_at(rev).tree, self._name(path), _pygit2().Blob
+        found = {}
         with _error_messages(self._top):
-            below = tree[name] if name in tree else ()  # noqa: SIM401 - a tree has no `get`
-            return {each.name: str(each.id) for each in below if isinstance(each, blob)}
+            for each in tree[name] if name in tree else ():  # noqa: SIM401 - a tree has no `get`
+                if isinstance(each, blob):
+                    found[each.name] = str(each.id)
+                elif isinstance(each, _pygit2().Tree):
+                    inside = (below for below in each if isinstance(below, blob))
+                    found |= {f"{each.name}/{below.name}": str(below.id) for below in inside}
+        return found
 
     def _entry(self, tree: "pygit2.Tree", path: str) -> "pygit2.Object | None":
         with _error_messages(self._top):

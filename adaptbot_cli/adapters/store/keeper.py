@@ -18,9 +18,12 @@ from rdflib.term import Node
 from adaptbot_cli.adapters.store import copies
 from adaptbot_cli.adapters.store import files as disk
 from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.filing import Filing
 from adaptbot_cli.adapters.store.git import UNFINISHED, Repo
 from adaptbot_cli.adapters.store.reading import (
     FACT_FILES,
+    fact_files,
+    in_order,
     load_domain,
     load_kg,
     misplaced,
@@ -34,6 +37,7 @@ from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.faults import Fault, faults, new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept
 from adaptbot_cli.core.turns import Believe, Keep, Kept
 from adaptbot_cli.errors import KnowledgeError, UsageError
@@ -98,18 +102,20 @@ class Held:
         parts, found = _parts(change), {}
         old: dict[str, list[Triple]] = {}
         new: dict[str, list[Triple]] = {}
+        filing = Filing(self.files, self.kg)
         for triple in sorted(change.removed):
-            for name in self._files_of(triple, parts):
-                old.setdefault(name, []).append(triple)
+            for file in self._files_of(triple, parts):
+                for name in filing.holding(file, triple[0]):
+                    old.setdefault(name, []).append(triple)
         for triple in sorted(change.added):
-            new.setdefault(self._file_of(triple, parts), []).append(triple)
-        for name in (*FACT_FILES, _ACTIONS):
-            if name in old or name in new:
-                text = self.files[name].decode("utf-8")
-                where = f"{self.where}/{name}"
-                edited = rewrite(text, old.get(name, ()), new.get(name, ()), where)
-                if edited != text:
-                    found[name] = edited.encode("utf-8")
+            name = filing.filed(self._file_of(triple, parts), triple[0], change.added)
+            new.setdefault(name, []).append(triple)
+        for name in in_order((*old, *new)):
+            text = (self.files.get(name) or filing.heading(name)).decode("utf-8")
+            where = f"{self.where}/{name}"
+            edited = rewrite(text, old.get(name, ()), new.get(name, ()), where)
+            if edited != text:
+                found[name] = edited.encode("utf-8")
         return found
 
     def _files_of(self, triple: Triple, parts: frozenset[Node]) -> Collection[str]:
@@ -133,7 +139,7 @@ class Held:
         Raises:
             KnowledgeError, PackError: the files could not be read again or make no domain.
         """
-        for name in changed.keys() & FACT_FILES.keys():
+        for name in fact_files(changed):
             parsed(changed[name], f"{self.where}/{name}")
         domain = load_domain({**self.files, **changed}, self.where)
         return new_faults(self.kg, self._facts(change), domain)
@@ -261,7 +267,7 @@ class Keeper:
                 return repo.head()
             apart, staged = self._beside_edits(repo, held, change, written)
             for path in apart.keys() - written.keys():
-                written[path] = held.files[path.rpartition("/")[2]]
+                written[path] = held.files[path.removeprefix(f"{self._where}/")]
             revision = repo.commit(written, message, self.origin.now(), apart, staged)
             held.learn(change, changed)
             if self.large is not None and copies.is_large(held.files, self.large):
@@ -276,10 +282,11 @@ class Keeper:
         If they have faults, return what is committed of the change without them, and what is
         staged: the edits stay as they are.
         """
-        edited = repo.dirty(paths_of(self.domain))
+        head = repo.head()
+        before = repo.folder(self._where, head) if head else ()
+        edited = repo.dirty(paths_of(self.domain, held.files, before))
         if not edited:
             return {}, {}
-        head = repo.head()
         committed = _held_at(repo, self.domain, head)
         if committed is not None and faults_of(held, committed):
             try:
@@ -298,7 +305,7 @@ class Keeper:
         """What the user has staged of these files, after the change."""
         found = {}
         for path in sorted(paths):
-            data, name = repo.staged(path), path.rpartition("/")[2]
+            data, name = repo.staged(path), path.removeprefix(f"{self._where}/")
             if data is not None and data != repo.read(path, head or ""):
                 try:
                     after = Held(self._where, {**held.files, name: data}, held.kg).after(change)
@@ -383,14 +390,16 @@ def start(
         found |= {p.removeprefix(own): data for p, data in new.items() if p.startswith(own)}
         kg = load_kg(found, f"kg/{domain}", large=large)
         head = repo.head()
-        known = repo.blobs(head, paths_of(domain)) if head else {}
-        unknown = set(paths_of(domain)) - known.keys() - new.keys()
+        paths = paths_of(domain, found, repo.folder(f"kg/{domain}", head) if head else ())
+        known = repo.blobs(head, paths) if head else {}
+        unknown = {path for path in paths if disk.read(root, path) is not None}
+        unknown -= known.keys() | new.keys()
         if unknown and faults(kg):
             unknown = set()
         if new or unknown:
             contents = {**new, **{path: disk.read(root, path) for path in unknown}}
             repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
-        edited = tuple(repo.dirty(paths_of(domain)))
+        edited = tuple(repo.dirty(paths))
         return WorkspaceStart(repo.head(), edited, kg, found, tuple(_notes(repo, found)))
 
 
@@ -401,17 +410,20 @@ def _notes(repo: Repo, found: Mapping[str, bytes]) -> Iterator[str]:
     if repo.cached("unread") is None and any(old.glob("journal/*.json")):
         yield f"{old} is of an earlier version and was not read; remove it"
         repo.cache("unread", b"1")
-    inner = [name for name in FACT_FILES if _has_inner_comments(found[name])]
-    if inner and repo.cached("comments") is None:
-        yield (
-            f"comments inside an entry of {' and '.join(inner)} go when that entry changes; "
-            "those between entries stay"
-        )
-        repo.cache("comments", b"1")
+    if repo.cached("comments") is None:
+        inner = [name for name in fact_files(found) if _has_inner_comments(found[name])]
+        if inner:
+            yield (
+                f"comments inside an entry of {sentence_list(inner)} go when that entry changes; "
+                "those between entries stay"
+            )
+            repo.cache("comments", b"1")
 
 
 def _has_inner_comments(data: bytes) -> bool:
     """Whether a comment stands inside an entry; of most files it is seen at once that none does."""
+    if not any(mark in data for mark in (b"\n#", b" #", b"\t#")):
+        return False
     text = data.decode("utf-8", "replace")
     starts = (match.start() for match in _COMMENTS.finditer(text))
     ends = (text[max(0, start - 99) : start].rstrip()[-1:] for start in starts)

@@ -11,7 +11,7 @@ from pathlib import PurePosixPath
 
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Held, faults_of
-from adaptbot_cli.adapters.store.reading import FACT_FILES
+from adaptbot_cli.adapters.store.reading import fact_files, graph_of
 from adaptbot_cli.adapters.store.versions import Versions, facts_of, read
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.merging import Conflict, Facts, Key, Merge, Side, conflicts, of_faults
@@ -21,9 +21,6 @@ from adaptbot_cli.errors import KnowledgeError
 Files = Mapping[str, bytes]
 Tree = Mapping[str, str]
 """The blobs of a commit's files, by path."""
-OF_FACTS = (*FACT_FILES, "actions.ttl")
-"""The files in which single facts stand."""
-
 _MOST = 3
 """How many faults are told."""
 
@@ -98,7 +95,8 @@ class Merger:
                 return {**dict.fromkeys(mine), **its}
         texts = {
             name: self._text(f"{where}/{name}", base, ours, theirs)
-            for name in sorted({*mine, *other} - FACT_FILES.keys())
+            for name in sorted({*mine, *other})
+            if graph_of(name) is None
         }
         start = {**mine, **{n: d for n, d in texts.items() if d is not None}}
         start = {n: d for n, d in start.items() if n not in texts or texts[n] is not None}
@@ -134,7 +132,7 @@ class Merger:
     def _text(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
         """A file of the pack in the merge, but for its single facts; None if it is gone."""
         sides = [self._read(side.get(path)) for side in (base, ours, theirs)]
-        name = path.rpartition("/")[2]
+        name = path.partition("/")[2].partition("/")[2]
         before, mine, other = (
             read(data, name, path).entries if data is not None else None for data in sides
         )
@@ -194,7 +192,8 @@ class Merger:
 
     def _files(self, domain: str, tree: Tree) -> dict[str, bytes]:
         paths = (path for path in tree if _domain(path) == domain)
-        return {PurePosixPath(path).name: self.repo.blob(tree[path]) for path in paths}
+        below = f"kg/{domain}/"
+        return {path.removeprefix(below): self.repo.blob(tree[path]) for path in paths}
 
     def _read(self, blob: str | None) -> bytes | None:
         return None if blob is None else self.repo.blob(blob)
@@ -253,11 +252,12 @@ def _delta(held: Held, facts: Facts) -> Delta:
 
 
 def _facts(files: Files) -> Facts:
-    return facts_of({name: files[name] for name in OF_FACTS if name in files})
+    names = (*fact_files(files), *({"actions.ttl"} & files.keys()))
+    return facts_of({name: files[name] for name in names})
 
 
 def _domain(path: str) -> str:
     """The domain whose file this is, "" if it is none's."""
     parts = PurePosixPath(path).parts
-    whole = len(parts) == 3 and parts[0] == "kg" and parts[2].endswith(".ttl")
-    return parts[1] if whole else ""
+    inside = len(parts) == 3 or (len(parts) == 4 and graph_of("/".join(parts[2:])) is not None)
+    return parts[1] if inside and parts[0] == "kg" and path.endswith(".ttl") else ""

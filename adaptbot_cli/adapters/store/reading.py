@@ -1,6 +1,6 @@
 """Reads a domain pack's Turtle files into a domain and a knowledge graph."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,7 +19,32 @@ from adaptbot_cli.errors import KnowledgeError, PackError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
 FACT_FILES = {"attributes.ttl": ATTRIBUTES, "state.ttl": STATES}
-"""The files of the facts, and the named graph that each is read into."""
+"""The files of the facts, and the named graph that each is read into. A large home has more of
+each in a folder: `attributes/` and `state/`."""
+
+_ORDER = (*FACT_FILES, "actions.ttl", "tasks.ttl", "domain.ttl")
+
+
+def graph_of(name: str) -> URIRef | None:
+    """Return the named graph that a file of a domain is read into; None if it holds no facts."""
+    folder, inside, _ = name.partition("/")
+    return FACT_FILES.get(f"{folder}.ttl" if inside else name)
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return the names of a domain's files, each once: facts first, what they rest on last."""
+    known = {name for name in names if name in _ORDER or graph_of(name) is not None}
+    return sorted(known, key=lambda name: (_ORDER.index(_first(name)), name))
+
+
+def _first(name: str) -> str:
+    folder, inside, _ = name.partition("/")
+    return f"{folder}.ttl" if inside else name
+
+
+def fact_files(names: Iterable[str]) -> list[str]:
+    """Return those of a domain's files that hold facts, in order."""
+    return [name for name in in_order(names) if graph_of(name) is not None]
 
 
 def load_kg(
@@ -43,8 +68,8 @@ def load_kg(
         return Kg.load(with_tasks(domain, instead), *split(instead, domain))
 
     def fill(store: pyoxigraph.Store) -> None:
-        for name, graph in FACT_FILES.items():
-            _fill(store, files[name], f"{where}/{name}", graph)
+        for name in fact_files(files):
+            _fill(store, files[name], f"{where}/{name}", graph_of(name))
 
     if large is not None and copies.is_large(files, large):
         kept = copies.open_copy(parts_of(files), domain, fill)
@@ -57,7 +82,7 @@ def load_kg(
 
 def parts_of(files: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return those of a domain's files that make its graph: the facts and the classes."""
-    return {name: files[name] for name in ("domain.ttl", *FACT_FILES)}
+    return {name: files[name] for name in ("domain.ttl", *fact_files(files))}
 
 
 def load_domain(files: Mapping[str, bytes], where: str) -> Domain:
@@ -84,7 +109,7 @@ def _examined(where: str, *parts: bytes) -> tuple[Domain, list[str]]:
     return domains.kept(parts, read)
 
 
-def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> None:
+def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef | None) -> None:
     """Let the engine read a Turtle file into a named graph. Raises KnowledgeError."""
     bounded.check_graph(data, path)
     with turtle.blaming(path):
@@ -92,12 +117,14 @@ def _fill(store: pyoxigraph.Store, data: bytes, path: str, graph: URIRef) -> Non
             # Only a reading in Python finds triples in triples, which rdflib cannot hold.
             triples(data, path)
         data = data.removeprefix(turtle.BOM.encode())
-        store.bulk_load(data, turtle.TURTLE, to_graph=pyoxigraph.NamedNode(graph))
+        store.bulk_load(data, turtle.TURTLE, to_graph=pyoxigraph.NamedNode(graph or ATTRIBUTES))
 
 
-def paths_of(domain: str) -> list[str]:
-    """Return the files of a domain as they are named in a workspace."""
-    return [f"kg/{domain}/{name}" for name in (*DOMAIN_FILES, *FACT_FILES)]
+def paths_of(domain: str, *files: Iterable[str]) -> list[str]:
+    """Return the files of a domain as they are named in a workspace: the five that each has, and
+    what else of some `files` is one."""
+    names = in_order([*_ORDER, *(name for each in files for name in each)])
+    return [f"kg/{domain}/{name}" for name in names]
 
 
 def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str], list[str]]:
@@ -107,11 +134,11 @@ def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str], list[
     """
     graphs: dict[str, Graph] = {}
     store, found = pyoxigraph.Store(), list[str]()
-    for name in (*DOMAIN_FILES, *FACT_FILES):
+    for name in (*DOMAIN_FILES, *dict.fromkeys((*FACT_FILES, *fact_files(files)))):
         try:
             _readable(files, name)
-            if name in FACT_FILES:
-                _fill(store, files[name], name, FACT_FILES[name])
+            if graph_of(name) is not None:
+                _fill(store, files[name], name, graph_of(name))
             else:
                 graphs[name] = parse(files[name], name)
         except KnowledgeError as error:

@@ -20,7 +20,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.reading import FACT_FILES
+from adaptbot_cli.adapters.store.reading import graph_of, in_order, paths_of
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
 from adaptbot_cli.adapters.store.turtle import engine, parsed
 from adaptbot_cli.core.changes import Changes, PackEntry
@@ -29,12 +29,10 @@ from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id, s
 from adaptbot_cli.core.terms import AB, Triple, local, node_of, triple_of
 from adaptbot_cli.errors import KnowledgeError
 
-ALL_FILES = (*FACT_FILES, "actions.ttl", "tasks.ttl", "domain.ttl")
 PACK = Origin("pack")
 UNCOMMITTED = Origin("uncommitted")
 
 _OF_ENTRIES = frozenset({"tasks.ttl", "domain.ttl"})
-_BY_IRI = frozenset({"domain.ttl", *FACT_FILES})
 _HEAD = re.compile(rb"(?:\xef\xbb\xbf)?(?:(?:@prefix [^\s:<]*: <[^<>\n]*> \.|#[^\n]*)?\n)*")
 _BLOCKS = re.compile(rb"(?:(?:#[^\n]*\n)*[^\s#.@_]\S* \S[^\n]*\n(?:    \S[^\n]*\n)*\.\n\n?)*")
 # What makes a block mean something else than it says by itself.
@@ -123,12 +121,14 @@ class Versions:
         if revision is None:
             return read_files(self.repo.root / self.folder, self.repo.root)
         blobs = self._blobs(revision)
-        return {name: self.repo.blob(blobs[name]) for name in ALL_FILES if name in blobs}
+        return {name: self.repo.blob(blobs[name]) for name in in_order(blobs)}
 
     def edited(self) -> list[str]:
         """Return the names of the files that differ from the last commit."""
-        dirty = self.repo.dirty([f"{self.folder}/{name}" for name in ALL_FILES])
-        return [path.rpartition("/")[2] for path in dirty]
+        head = self.repo.head()
+        known = self._blobs(head) if head else {}
+        dirty = self.repo.dirty(paths_of(self.domain, self.files(None), known))
+        return [path.removeprefix(f"{self.folder}/") for path in dirty]
 
     def between(self, before: Mapping[str, bytes], after: Mapping[str, bytes]) -> Changes:
         """Return what changed from some files to others.
@@ -170,7 +170,7 @@ class Versions:
         except KnowledgeError:
             now, *old = blobs = [self._readable(sha) for sha in (commit.sha, *commit.parents)]
             found = self._since(commit.sha, *blobs)
-        first = tuple(n for n in ALL_FILES if n in now and not any(n in each for each in old))
+        first = tuple(n for n in in_order(now) if not any(n in each for each in old))
         if len(found) == 1:
             return replace(found[0], first=first)
         removed = set.intersection(*(set(one.removed) for one in found))
@@ -189,7 +189,7 @@ class Versions:
         """What a commit changed of each parent, or of nothing if it has none."""
         found = []
         for old in parents or [{}]:
-            names = [name for name in ALL_FILES if now.get(name) != old.get(name)]
+            names = [n for n in in_order((*now, *old)) if now.get(n) != old.get(n)]
             before, after = ({n: self._blob(b[n]) for n in names if n in b} for b in (old, now))
             found.append(self._difference(sha, before, after))
         return found
@@ -206,7 +206,7 @@ class Versions:
     def _readable(self, revision: str) -> dict[str, str]:
         """The same, of the newest readable version of each file that a revision builds on."""
         found = {}
-        for name in ALL_FILES:
+        for name in in_order(self._blobs(revision)):
             sha, at = revision, self._blobs(revision).get(name)
             while at is not None and not self._is_readable(at, name):
                 sha = next(iter(self.repo.commit_of(sha).parents), "")
@@ -228,12 +228,12 @@ class Versions:
         """What changed in some files. Raises KnowledgeError: one is no valid Turtle."""
         gone, came = set[str](), set[str]()
         entries = []
-        for name in ALL_FILES:
+        for name in in_order((*before, *after)):
             path = f"{self.folder}/{name}"
             a, b = before.get(name), after.get(name)
             if a == b:
                 continue
-            if name in FACT_FILES and a and b and (differing := _lines_that_differ(a, b)):
+            if graph_of(name) and a and b and (differing := _lines_that_differ(a, b)):
                 head, *sides = differing
                 for facts, lines in zip((gone, came), sides, strict=True):
                     facts.update(*(_entries_in(head, line, path) for line in lines))
@@ -418,7 +418,8 @@ def read(data: bytes, name: str, path: str) -> FileFacts:
         facts |= {str(t) for t in (called if whole else set(about) - deep)}
         if whole or deep:
             found = set(about) - called if whole else deep
-            named = local(node_of(subject)) if name in _BY_IRI else _entry_name(subject, about)
+            by_iri = name == "domain.ttl" or graph_of(name) is not None
+            named = local(node_of(subject)) if by_iri else _entry_name(subject, about)
             entries[named] = _described(found, by_subject, set())
     return FileFacts(frozenset(facts), entries)
 

@@ -1,4 +1,4 @@
-"""`adaptbot kg status`, `validate`, `commit`: how the workspace stands, and edits by hand."""
+"""`adaptbot kg status`, `validate`, `commit`, `split`: how the files stand, and edits by hand."""
 
 from typing import Annotated
 
@@ -88,5 +88,19 @@ def commit(
     revision = change.commit_edits(home, message)
     if revision is None:
         console().print(Text("nothing was edited by hand; there is nothing to commit", "dim"))
+    else:
+        console().print(Text("✓ ", "green") + Text(f"committed as {revision[:7]}"))
+
+
+def split(domain: DomainOption = None, workspace_dir: WorkspaceOption = None) -> None:
+    """Divide a large home's files of facts into many, by class or as its domain.ttl says."""
+    from rich.text import Text
+
+    from adaptbot_cli.session import change
+
+    home = home_of(workspace_dir, domain)
+    revision = change.split_files(home)
+    if revision is None:
+        console().print(Text("the files are divided so already; there is nothing to do", "dim"))
     else:
         console().print(Text("✓ ", "green") + Text(f"committed as {revision[:7]}"))

@@ -61,6 +61,7 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         aliases=tuple(domain.texts(AB.alias)),
         task_classes=dict(_tasks(sources.tasks, AB.TaskClass, notes)),
         constraints=tuple(_constraints(sources.domain, notes)),
+        filed_by=domain.maybe_iri(AB.filedBy) or RDF.type,
         servings=query_of(domain, domain.text(AB.servings, ""), "ab:servings", "SELECT", "vessel"),
     )
     _check_effects(read, notes)
