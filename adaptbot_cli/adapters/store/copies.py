@@ -31,7 +31,7 @@ _OLD = 60.0
 """Seconds after which what a process has not opened it never will."""
 
 _GRAPH, _NAMES, _ABOUT = "graph", "names", "about.json"
-_UNUSABLE = (OSError, ValueError, KeyError, sqlite3.Error)
+_UNUSABLE = (OSError, RuntimeError, ValueError, KeyError, sqlite3.Error)
 _numbers = count()
 
 
@@ -58,7 +58,7 @@ def open_copy(
     with suppress(*_UNUSABLE):
         return _linked(folder / key, domain, _own(folder))
     own = _own(folder)
-    with suppress(OSError, sqlite3.Error):
+    with suppress(OSError, RuntimeError, sqlite3.Error):
         store = pyoxigraph.Store(str(own / _GRAPH))
         fill(store)
         kg = Kg.over(domain, store)

@@ -138,12 +138,14 @@ class Filing:
 
     def _next(self, file: str, sort: str) -> str:
         """The last file of a sort, or a new one if that is full."""
+        if not sort:
+            return file
         number = 1
         while (name := _named(file, sort, number + 1)) in self.files or name in self._grown:
             number += 1
         name = _named(file, sort, number)
         size = len(self.files.get(name, b"")) + self._grown.get(name, 0)
-        return _named(file, sort, number + (size > SIZE)) if sort else name
+        return _named(file, sort, number + (size > SIZE))
 
 
 def _file(name: str) -> str:

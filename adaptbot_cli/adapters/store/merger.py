@@ -98,8 +98,10 @@ class Merger:
             for name in sorted({*mine, *other})
             if graph_of(name) is None
         }
-        start = {**mine, **{n: d for n, d in texts.items() if d is not None}}
-        start = {n: d for n, d in start.items() if n not in texts or texts[n] is not None}
+        # If one side has divided its files of facts, the merge has them so.
+        divided = max(mine, other, key=lambda files: len(fact_files(files)))
+        start = {name: divided[name] for name in fact_files(divided)}
+        start |= {name: data for name, data in texts.items() if data is not None}
         merge = Merge(self._base(domain, self.ours, self.theirs), _facts(mine), _facts(other))
         return {**dict.fromkeys(mine), **self._settled(domain, Held.of(start, where), held, merge)}
 
