@@ -66,7 +66,7 @@ def check(
         record["usage"]["seconds"] = round(time.monotonic() - started, 3)
         print_json(record)
     else:
-        from adaptbot_cli.adapters.display import Screen
+        from adaptbot_cli.adapters.display.screen import Screen
 
         Screen(console(), graph).finish(result, None)
     return exit_code(result)

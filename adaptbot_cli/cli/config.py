@@ -85,7 +85,7 @@ def _table(
     from rich.text import Text
 
     from adaptbot_cli import trust
-    from adaptbot_cli.adapters.display.words import columns, plain_text
+    from adaptbot_cli.adapters.display.cells import columns, plain_text
     from adaptbot_cli.adapters.planner.budget import SECONDS
     from adaptbot_cli.workspace import CONFIG
 

@@ -195,6 +195,6 @@ def domain_docs(
 
 
 def _counts(domain: "Domain") -> str:
-    from adaptbot_cli.adapters.display.words import count
+    from adaptbot_cli.adapters.display.cells import count
 
     return f"{count(len(domain.actions), 'action')}, {count(len(domain.tasks), 'task')}"

@@ -39,7 +39,7 @@ def pending(
     """List the open questions, with the tasks and steps that wait for each, most useful first."""
     if context.invoked_subcommand is not None:
         return
-    from adaptbot_cli.adapters.tables.questions import listing
+    from adaptbot_cli.adapters.display.sittings import listing
     from adaptbot_cli.session.pending import find_open
     from adaptbot_cli.session.sync import disputes
 
@@ -98,7 +98,7 @@ def answer_pending(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Answer the open questions in one sitting, and see which tasks can be done then."""
-    from adaptbot_cli.adapters.tables.questions import SittingScreen, came_of
+    from adaptbot_cli.adapters.display.sittings import SittingScreen, came_of
     from adaptbot_cli.errors import Interrupted, UsageError
     from adaptbot_cli.session.build import Request
     from adaptbot_cli.session.pending import answer, find_open, sit_down

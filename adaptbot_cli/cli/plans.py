@@ -47,7 +47,7 @@ def plans(
     """
     if context.invoked_subcommand is not None:
         return
-    from adaptbot_cli.adapters.display.words import columns, count, plain_text
+    from adaptbot_cli.adapters.display.cells import columns, count, plain_text
     from adaptbot_cli.adapters.planner.kept import kept_plans, origin
 
     home = home_of(workspace_dir, domain)
@@ -77,8 +77,8 @@ def show(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Show a kept plan, where it comes from, and what it comes to in this home today."""
-    from adaptbot_cli.adapters.display import Screen
-    from adaptbot_cli.adapters.display.words import plain_text
+    from adaptbot_cli.adapters.display.cells import plain_text
+    from adaptbot_cli.adapters.display.screen import Screen
     from adaptbot_cli.adapters.planner.kept import asked_of, origin
     from adaptbot_cli.cli.run import exit_code
     from adaptbot_cli.core.summary import summary

@@ -112,7 +112,7 @@ def compare_runs(
 
 
 def _table(found: "list[PastRun]") -> "RenderableType":
-    from adaptbot_cli.adapters.display.words import columns, plain_text
+    from adaptbot_cli.adapters.display.cells import columns, plain_text
 
     table = columns(None, None, None, None)
     table.columns[0].no_wrap = True
@@ -135,7 +135,7 @@ def _sheet(found: "list[RunDetails]") -> "RenderableType":
     from rich.console import Group
     from rich.text import Text
 
-    from adaptbot_cli.adapters.display.words import count, heading
+    from adaptbot_cli.adapters.display.cells import count
 
     names = ["A", "B"] if len(found) > 1 else [""]
     runs = [each.run for each in found]
@@ -169,7 +169,7 @@ def _sheet(found: "list[RunDetails]") -> "RenderableType":
         ("asked", asked),
         ("learned", learned),
     ):
-        parts += [Text(), heading(title), _rows(rows)] if rows else []
+        parts += [Text(), Text(title, "bold"), _rows(rows)] if rows else []
     return Group(*parts)
 
 
@@ -190,12 +190,12 @@ def _steps(found: "list[RunDetails]") -> list[tuple[str, ...]]:
 
 def _rows(rows: Sequence[tuple[str, ...]]) -> Any:
     """Rows of which the first cell is a label; the others share what there is of the width."""
-    from adaptbot_cli.adapters.display.words import columns, plain_text, wrapped
+    from adaptbot_cli.adapters.display.cells import Wrapped, columns, plain_text
 
     table = columns(*([None] * max(map(len, rows))))
     table.columns[0].no_wrap, table.columns[0].min_width = True, 7
     for name, *values in rows:
-        cells = [wrapped(plain_text(value, "", 300)) for value in values]
+        cells = [Wrapped(plain_text(value, "", 300)) for value in values]
         table.add_row(plain_text(name, "dim"), *cells)
     return table
 
@@ -257,7 +257,7 @@ def progress(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Show what became of each thing: its places, its states, what it was combined with."""
-    from adaptbot_cli.adapters import progress as pictures
+    from adaptbot_cli.adapters.display import progress_lines as pictures
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session.runs import find_run, retrace
 

@@ -29,7 +29,7 @@ def check(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check that a process keeps to the protocol of docs/worlds.md. Nothing is made to move."""
-    from adaptbot_cli.adapters.display.words import BAD, GOOD, hanging, noted
+    from adaptbot_cli.adapters.display.cells import BAD, GOOD, hanging, noted
     from adaptbot_cli.adapters.world.conformance import conformance
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.errors import UsageError, WorldError

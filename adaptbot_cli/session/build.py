@@ -23,7 +23,7 @@ from adaptbot_cli.workspace import Workspace
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from adaptbot_cli.adapters.display import Screen
+    from adaptbot_cli.adapters.display.screen import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.planner.library import LibraryPlan
     from adaptbot_cli.adapters.store.keeper import Keeper, WorkspaceStart
@@ -172,7 +172,7 @@ def build(
     Raises:
         UsageError, KnowledgeError, PackError: the domain or the workspace will not do.
     """
-    from adaptbot_cli.adapters.display import Screen
+    from adaptbot_cli.adapters.display.screen import Screen
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans
@@ -297,7 +297,7 @@ def _planner(
 
         others = {n: workspace.library(n) for n in workspace.domains() if n != request.domain}
         return Library(library, kg.domain, others, kg)
-    from adaptbot_cli.adapters.display import Stream
+    from adaptbot_cli.adapters.display.stream import Stream
     from adaptbot_cli.adapters.planner.budget import SECONDS, Asking, Budget, Limits
     from adaptbot_cli.adapters.planner.model import Model
     from adaptbot_cli.adapters.planner.prompts import Prompts, style_of

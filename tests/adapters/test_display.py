@@ -9,7 +9,9 @@ from rdflib import RDF, Literal, URIRef
 from rich.cells import cell_len
 from rich.console import Console, RenderableType
 
-from adaptbot_cli.adapters.display import Screen, diff_table, plan_table
+from adaptbot_cli.adapters.display.diff import diff_table
+from adaptbot_cli.adapters.display.plan_table import plan_table
+from adaptbot_cli.adapters.display.screen import Screen
 from adaptbot_cli.cli.common import show_opening
 from adaptbot_cli.core import learning
 from adaptbot_cli.core.delta import Delta
@@ -204,9 +206,9 @@ def test_what_was_learned_is_shown_with_its_graph() -> None:
 
     assert lines == [
         "Learned",
-        "+  clamp   called   clamp  attribute",
+        "+  clamp   kind     tool  attribute",
+        "+          called   clamp  attribute",
         "+          place    bench  state",
-        "+          kind     tool  attribute",
         "+  dragon  is here  no",
         "+  glue    action   glue(part, tool)",
         "",
@@ -230,8 +232,8 @@ def test_a_narrow_screen_stacks_them(width: int) -> None:
 
 
 def test_changes_that_would_wrap_beside_the_plan_stand_below_it() -> None:
-    many = delta(*(f"+board in a_rather_long_shelf_{n}" for n in range(4)))
-    lines = final(140, outcome=Outcome((many,)), lessons=()).lines
+    long = delta("-board in cupboard", "+board in a_rather_long_shelf" + "_and_longer" * 4)
+    lines = final(140, outcome=Outcome((long,)), lessons=()).lines
 
     assert lines.index("Plan") < lines.index("State after the plan")
 

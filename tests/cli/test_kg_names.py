@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from adaptbot_cli.adapters.answers import AnswersHuman
-from adaptbot_cli.adapters.display import Screen
-from adaptbot_cli.adapters.tables import history, things
+from adaptbot_cli.adapters.display import origins, things
+from adaptbot_cli.adapters.display.screen import Screen
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core import view
 from adaptbot_cli.core.delta import net
@@ -174,15 +174,15 @@ def test_every_command_takes_it_as_a_word(
     home = kept
     head = home.needed().repo.head()
     calls = (
-        lambda: history.why(name, knowledge.why(home, name).facts, (), home.words),
-        lambda: history.why("egg", knowledge.why(home, "egg", name).facts, (), home.words),
-        lambda: history.log(list(knowledge.chapters(home, name)), home.words, True),
+        lambda: origins.why(name, knowledge.why(home, name).facts, (), home.words),
+        lambda: origins.why("egg", knowledge.why(home, "egg", name).facts, (), home.words),
+        lambda: origins.log(list(knowledge.chapters(home, name)), home.words, True),
         lambda: preview(change.retract(home, name), home),
         lambda: preview(change.retract(home, "egg", name), home),
         lambda: preview(change.retract(home, "egg", "place", name), home),
         lambda: preview(change.revert_answer(home, name), home),
         lambda: preview(change.revert(home, name), home),
-        lambda: history.difference(knowledge.differences(home, name, None)[0], home.words),
+        lambda: origins.difference(knowledge.differences(home, name, None)[0], home.words),
         lambda: preview(queries.update(home, name), home),
         lambda: str(queries.query(home, name)),
         lambda: str(queries.query(home, f"ASK {{ ?x ex:obj_name {json.dumps(name)} }}").truth),
@@ -197,7 +197,7 @@ def test_every_command_takes_it_as_a_word(
 
 def preview(proposal: change.ProposedChange, home: knowledge.Home) -> object:
     """Return a proposed change as it is shown."""
-    return history.preview(proposal.changes, change.preview_words(home, proposal.delta))
+    return origins.preview(proposal.changes, change.preview_words(home, proposal.delta))
 
 
 @pytest.fixture(scope="module")
@@ -220,7 +220,7 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> knowledge.Home:
 
 def test_all_of_them_in_one_commit_each_with_its_answer(kept: knowledge.Home) -> None:
     [learned, _] = list(knowledge.chapters(kept, None))
-    shown(history.log([learned], kept.words, False))
+    shown(origins.log([learned], kept.words, False))
     for told in learned.answers:
         taught = kept.needed().answered(f"{learned.origin.revision[:7]}.{told.number}")[1]
         assert taught.added and taught.removed == frozenset()

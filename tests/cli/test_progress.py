@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from adaptbot_cli.adapters.progress import mermaid, progress_lines, svg
+from adaptbot_cli.adapters.display.progress_lines import mermaid, progress_lines, svg
 from adaptbot_cli.adapters.transcript import dump, read
 from adaptbot_cli.core.progress import Event, Progress, ProgressLine
 from adaptbot_cli.errors import ReplayError, UsageError

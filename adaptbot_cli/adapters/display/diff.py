@@ -1,53 +1,41 @@
 """What a run changes in the knowledge graph: facts learned, and the state after the plan."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
-from rdflib import RDF, Literal, URIRef
+from rdflib import URIRef
 from rdflib.term import Node
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.words import (
-    GAP,
-    Mark,
-    columns,
-    heading,
-    join,
-    plain_text,
-    wrapped,
-)
+from adaptbot_cli.adapters.display.cells import GAP, Mark, Wrapped, columns, plain_text
+from adaptbot_cli.core.changes import Words, grouped
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.terms import AB, STATES, Triple, local
+from adaptbot_cli.core.terms import AB, Triple
 
-_ADDED, _REMOVED, _CHANGED = Mark("+", "green"), Mark("−", "red"), Mark("~", "yellow")
+SIGNS: Mapping[str, Mark] = {
+    "added": Mark("+", "green"),
+    "removed": Mark("−", "red"),
+    "changed": Mark("~", "yellow"),
+}
+_ABSENCES: Mapping[Node, str] = {AB.absentItem: "is here", AB.absentAction: "is possible"}
 _WIDEST_NAME, _WIDEST_PROPERTY = 20, 24
 """How wide these columns may become, so that values keep room beside them."""
 
 
-NOTHING_SEEN = Delta()
-"""What surprised where a plan is only rehearsed."""
-
-
 @dataclass(frozen=True, slots=True)
-class PropertyDiff:
-    """One property of one thing: the values it had and no longer has, and the new ones."""
+class _Row:
+    """One property of one thing with its old and new value, "" for none."""
 
+    sign: str
     about: str
     prop: str
-    old: tuple[str, ...] = ()
-    new: tuple[str, ...] = ()
-    graph: str = ""
-
-    @property
-    def mark(self) -> Mark:
-        """The sign of the change."""
-        if self.old and self.new:
-            return _CHANGED
-        return _REMOVED if self.old else _ADDED
+    old: str = ""
+    new: str = ""
+    note: str = ""
 
 
 def diff_table(
@@ -56,25 +44,26 @@ def diff_table(
     kg: Kg,
     width: int,
     first: Sequence[str] = (),
-    seen: Delta = NOTHING_SEEN,
+    seen: Collection[Triple] = (),
 ) -> RenderableType:
     """Return what was learned and how the state differs after the plan, at most `width` wide.
 
     `deltas` are the changes of the executed steps in order, None if nothing was executed; only
-    their net effect is shown, what was `seen` otherwise than expected marked. Things named in
-    `first`, such as the items a task requires, come before the others.
+    their net effect is shown, and marked where it was `seen` rather than expected. Things named in
+    `first`, such as the items a task requires, come before the others, the robot last.
     """
     learned = [row for lesson in lessons for row in _learned(lesson, kg)]
-    changed = sorted(_rows(net(deltas or ()), kg), key=_Rank(kg, first))
-    surprising = {(row.about, row.prop) for row in _rows(seen, kg)}
-    states = [
-        replace(row, graph="seen" if (row.about, row.prop) in surprising else "") for row in changed
-    ]
+    agent, wanted = kg.name(kg.domain.agent), {normal(name) for name in first}
+    surprising: dict[tuple[Node, Node], str] = {fact[:2]: "seen" for fact in seen}
+    states = sorted(
+        _rows(net(deltas or ()), kg, surprising),
+        key=lambda row: (row.about == agent, normal(row.about) not in wanted),
+    )
     names = _width((row.about for row in (*learned, *states)), _WIDEST_NAME)
-    lessons_part = [heading("Learned"), _listed(learned, names, width, ""), Text()]
+    lessons_part = [Text("Learned", "bold"), _listed(learned, names, width, ""), Text()]
     return Group(
         *(lessons_part if learned else ()),
-        heading("State after the plan"),
+        Text("State after the plan", "bold"),
         _listed(states, names, width, "unchanged" if deltas is not None else "not executed"),
     )
 
@@ -83,7 +72,7 @@ def _width(texts: Iterable[str], widest: int) -> int:
     return min(max((plain_text(text).cell_len for text in texts), default=1), widest)
 
 
-def _listed(rows: Sequence[PropertyDiff], names: int, width: int, none: str) -> RenderableType:
+def _listed(rows: Sequence[_Row], names: int, width: int, none: str) -> RenderableType:
     if not rows:
         return Text(none, "dim")
     props = _width((row.prop for row in rows), _WIDEST_PROPERTY)
@@ -92,94 +81,44 @@ def _listed(rows: Sequence[PropertyDiff], names: int, width: int, none: str) -> 
     table = columns(1, names, props, min(room, max(value.cell_len for value in values)))
     above = ""
     for row, value in zip(rows, values, strict=True):
-        name = "" if row.about == above else row.about
+        mark, name = SIGNS[row.sign], "" if row.about == above else row.about
         above = row.about
-        sign = Text(row.mark.sign, row.mark.style)
-        table.add_row(sign, plain_text(name), plain_text(row.prop, "dim"), wrapped(value))
+        sign = Text(mark.sign, mark.style)
+        table.add_row(sign, plain_text(name), plain_text(row.prop, "dim"), Wrapped(value))
     return table
 
 
-def _values(row: PropertyDiff) -> Text:
-    old = plain_text(", ".join(row.old), "red" if not row.new else "dim")
-    new = plain_text(", ".join(row.new), row.mark.style)
-    text = join([part for part in (old, new) if part], " → ")
-    return text.append(f"  {row.graph}", "dim italic") if row.graph else text
+def _values(row: _Row) -> Text:
+    old = plain_text(row.old, "dim" if row.new else "red")
+    new = plain_text(row.new, SIGNS[row.sign].style)
+    text = Text(" → ").join(part for part in (old, new) if part)
+    return text.append(f"  {row.note}", "dim italic") if row.note else text
 
 
-def _learned(lesson: Lesson, kg: Kg) -> Iterator[PropertyDiff]:
-    """The facts of a lesson; a new action as one line, whatever facts it takes to describe it."""
-    if lesson.action is not None:
-        name = lesson.question.about if lesson.replaces else lesson.action.name
-        for note in lesson.notes:
-            prop, colon, text = note.partition(": ")
-            yield (
-                PropertyDiff(name, prop, new=(text,))
-                if colon
-                else PropertyDiff(name, "action", new=(note,))
-            )
+def _learned(lesson: Lesson, kg: Kg) -> Iterator[_Row]:
+    """The facts of a lesson; a new action by its notes, whatever facts it takes to describe it."""
+    if lesson.action is None:
+        yield from _rows(lesson.delta, kg, None)
         return
-    yield from _rows(lesson.delta, kg)
+    name = lesson.question.about if lesson.replaces else lesson.action.name
+    for note in lesson.notes:
+        prop, colon, text = note.partition(": ")
+        yield _Row("added", name, *((prop, "", text) if colon else ("action", "", note)))
 
 
-def _rows(delta: Delta, kg: Kg) -> list[PropertyDiff]:
-    """A change grouped by thing and property."""
-    changes: dict[tuple[Node, Node], tuple[list[Node], list[Node]]] = {}
-    for side, triples in enumerate((delta.removed, delta.added)):
-        for subject, predicate, value in sorted(triples, key=_order):
-            changes.setdefault((subject, predicate), ([], []))[side].append(value)
-    return [_row(subject, predicate, *sides, kg) for (subject, predicate), sides in changes.items()]
-
-
-@dataclass(frozen=True, slots=True)
-class _Rank:
-    """The order of the changes of state: what matters to the task first, the robot last."""
-
-    kg: Kg
-    first: Sequence[str]
-
-    def __call__(self, row: PropertyDiff) -> tuple[object, ...]:
-        name = normal(row.about)
-        matters = name not in {normal(item) for item in self.first}
-        agent = row.about == self.kg.name(self.kg.domain.agent)
-        return (agent, matters, name, row.prop not in self._places(), row.prop)
-
-    def _places(self) -> set[str]:
-        kinds = self.kg.domain.kinds.values()
-        return {_label(k.location_property, self.kg) for k in kinds if k.location_property}
-
-
-def _order(triple: Triple) -> tuple[str, ...]:
-    return tuple(map(str, triple))
-
-
-def _row(subject: Node, predicate: Node, old: list[Node], new: list[Node], kg: Kg) -> PropertyDiff:
-    if predicate in _ABSENCES:
-        return PropertyDiff(", ".join(map(local, new or old)), _ABSENCES[predicate], new=("no",))
-    graph = "state" if kg.home_of(predicate) == STATES else "attribute"
-    about, prop = kg.name(subject), _label(predicate, kg)
-    return PropertyDiff(about, prop, _names(predicate, old, kg), _names(predicate, new, kg), graph)
-
-
-_ABSENCES: Mapping[Node, str] = {AB.absentItem: "is here", AB.absentAction: "is possible"}
-
-
-def _label(predicate: Node, kg: Kg) -> str:
-    if predicate == RDF.type:
-        return "kind"
-    if predicate == AB.alias:
-        return "also called"
-    known = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
-    return known.label if known is not None and known.label else local(predicate)
-
-
-def _names(predicate: Node, values: Iterable[Node], kg: Kg) -> tuple[str, ...]:
-    return tuple(_value(predicate, value, kg) for value in values)
-
-
-def _value(predicate: Node, value: Node, kg: Kg) -> str:
-    if isinstance(value, Literal) and isinstance(value.value, bool):
-        return "yes" if value.value else "no"
-    if predicate == RDF.type:
-        kind = kg.domain.kinds.get(value)  # type: ignore[call-overload]
-        return kind.label if kind is not None else local(value)
-    return kg.name(value) if isinstance(value, URIRef) else str(value)
+def _rows(delta: Delta, kg: Kg, notes: Mapping[tuple[Node, Node], str] | None) -> Iterator[_Row]:
+    """A change by thing and property; without `notes` each row is noted with its graph."""
+    nodes = {node for fact in delta.removed | delta.added for node in fact[::2]}
+    names: dict[Node, str] = {}
+    names |= {n: kg.name(n) for n in nodes if isinstance(n, URIRef) and n not in kg.domain.kinds}
+    words = Words(kg.domain, names)
+    for thing in grouped(delta, words):
+        for edit in thing.edits:
+            about, prop = words.name(thing.entity), words.label(edit.predicate)
+            old, new = ("" if v is None else words.value(v) for v in (edit.old, edit.new))
+            graph = words.graph(edit.predicate)
+            note = graph if notes is None else notes.get((thing.entity, edit.predicate), "")
+            if edit.predicate in _ABSENCES:
+                about, prop, note = new or old, _ABSENCES[edit.predicate], ""
+                old, new = old and "no", new and "no"
+            yield _Row(edit.sign, about, prop, old, new, note)

@@ -1,5 +1,6 @@
 """The screen of a run: one observer of its turns."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rich.console import Console, Group, RenderableType
@@ -8,9 +9,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.diff import diff_table
-from adaptbot_cli.adapters.display.plan import plan_table, summary
-from adaptbot_cli.adapters.display.words import (
+from adaptbot_cli.adapters.display.cells import (
     BAD,
     GOOD,
     PASSING,
@@ -18,15 +17,20 @@ from adaptbot_cli.adapters.display.words import (
     Mark,
     count,
     hanging,
+    joined,
     noted,
     plain_text,
 )
+from adaptbot_cli.adapters.display.diff import diff_table
+from adaptbot_cli.adapters.display.plan_table import plan_table, summary
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
     Act,
     Amend,
@@ -109,19 +113,16 @@ class Screen:
             self._odd(reply)
         elif isinstance(turn, Act) and isinstance(reply, Seen):
             call = f"{turn.number:>2} {turn.step.call.render()}"
-            self._note(
-                BAD if reply.failed else GOOD, f"{call}: {reply.failed}" if reply.failed else call
-            )
+            text = f"{call}: {reply.failed}" if reply.failed else call
+            self._note(BAD if reply.failed else GOOD, text)
             self._odd(reply)
         elif isinstance(turn, Surprised):
             for sentence in sentences(turn.surprise, self.kg):
                 self._note(WARNING, f"seen: {sentence}")
         elif isinstance(turn, Review) and reply is False:
             self._note(WARNING, "not kept: the plan is looked at again without what was taught")
-        elif isinstance(turn, Ask | Review) or isinstance(reply, Edit):
-            self._last = (
-                None if self.asks else self._last
-            )  # the question and its answer stand there now
+        elif self.asks and (isinstance(turn, Ask | Review) or isinstance(reply, Edit)):
+            self._last = None  # the question and its answer stand there now
 
     def finish(self, result: Result, committed: str | None) -> None:
         """Show the final plan, what the run changes, and what it came to.
@@ -134,7 +135,7 @@ class Screen:
                 self.console.print(plain_text(run.report.task.name, "bold", 300))
             self.console.print(_both(run, self.kg, self.console))
             self.console.print()
-            self.console.print(_verdict(run))
+            self.console.print(noted(*verdict(run), "bold"))
             self._last = None
         self.console.print(_sizes(result, committed))
         if result.usage != Usage():
@@ -168,7 +169,8 @@ class Screen:
             step = f" at step {outcome.error.step}" if outcome.error.step is not None else ""
             self._note(BAD, f"execution stopped{step}: {outcome.error.message}")
         elif outcome.unmet:
-            self._note(WARNING, f"{where}: {_conditions(outcome)}")
+            unmet = count(len(outcome.unmet), "condition")
+            self._note(WARNING, f"{where}: the goal is not met ({unmet})")
         else:
             self._note(GOOD, f"{where}: goal met")
 
@@ -198,11 +200,11 @@ def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
     report, outcome = result.report, result.outcome
     also = _after(outcome)
     deltas = outcome.deltas if outcome is not None else None
-    seen = Delta()
+    seen: frozenset[Triple] = frozenset()
     if result.outside is not None:
         whole, learned = result.outside.delta, net(lesson.delta for lesson in result.lessons)
         deltas = (Delta(whole.removed - learned.added, whole.added - learned.removed),)
-        seen = result.outside.surprise
+        seen = result.outside.surprise.removed | result.outside.surprise.added
 
     def changes(columns: int) -> RenderableType:
         return diff_table(result.lessons, deltas, kg, columns, result.report.task.required, seen)
@@ -226,20 +228,20 @@ def _after(outcome: Outcome | None) -> tuple[Finding, ...]:
     return (*((outcome.error,) if outcome.error else ()), *outcome.unmet)
 
 
-def _verdict(result: Result) -> Text:
+def verdict(result: Result) -> tuple[Mark, str]:
+    """Return what a run came to, in words, with its mark."""
     outcome = result.outcome
     if result.verdict == "no_plan":
-        return noted(BAD, "no plan: no step could be read from the text", "bold")
+        return BAD, "no plan: no step could be read from the text"
     if result.goal_met:
         task = result.report.task
         how = f" (that of {task.judged_by})" if task.judged_by and not task.known else ""
-        return noted(GOOD, f"executable, goal met{how}", "bold")
-    said_so = "executable, but the goal is not met"
+        return GOOD, f"executable, goal met{how}"
     if result.verdict != "executable":
-        said_so = "not executable"
-    elif {f.code for f in (*result.report.open, *_after(outcome))} == {"W606"}:
-        return noted(BAD, "executable; no goal is known for this task", "bold")
-    return noted(BAD, f"{said_so}: {_lacking(result)}", "bold")
+        return BAD, f"not executable: {_lacking(result)}"
+    if {f.code for f in (*result.report.open, *_after(outcome))} == {"W606"}:
+        return BAD, "executable; no goal is known for this task"
+    return BAD, f"executable, but the goal is not met: {_lacking(result)}"
 
 
 def _lacking(result: Result) -> str:
@@ -251,42 +253,31 @@ def _lacking(result: Result) -> str:
     return f"{text}; missing: {sentence_list([*missing])}" if missing else text
 
 
+def kept(lessons: Sequence[Lesson], revision: str | None) -> str:
+    """Return how many lessons were learned, and which revision holds them."""
+    where = f"committed as {revision[:7]}" if revision else "not committed"
+    return f"{count(len(lessons), 'lesson')} {where}" if lessons else "nothing learned"
+
+
 def _sizes(result: Result, committed: str | None) -> RenderableType:
     before, after = result.sizes
     parts = [f"graph: {after[0]} nodes, {after[1]} edges"]
     if before != after:
         parts = [f"graph: {before[0]} → {after[0]} nodes, {before[1]} → {after[1]} edges"]
-    if result.lessons:
-        kept = f"committed as {committed[:7]}" if committed else "not committed"
-        parts.append(f"{count(len(result.lessons), 'lesson')} {kept}")
-    else:
-        parts.append("nothing learned")
+    parts.append(kept(result.lessons, committed))
     if result.outside is not None and result.outside.delta:
         changed = len(result.outside.delta.removed) + len(result.outside.delta.added)
         parts.append(f"{count(changed, 'fact')} of the state kept as the world left them")
-    return _facts(parts)
-
-
-def _conditions(outcome: Outcome) -> str:
-    return f"the goal is not met ({count(len(outcome.unmet), 'condition')})"
+    return Padding(joined(parts), (0, 0, 0, 2))
 
 
 def _cost(usage: Usage) -> RenderableType:
     parts = []
     if usage.model_calls:
+        price = "price not known" if usage.cost_usd is None else f"${usage.cost_usd:.4f}"
         parts.append(count(usage.model_calls, "answer"))
         parts.append(f"{usage.prompt_tokens} prompt + {usage.completion_tokens} completion tokens")
-        parts.append(_money(usage.cost_usd))
+        parts.append("no cost" if usage.cost_usd == 0 else price)
     if usage.questions:
         parts.append(f"{count(usage.questions, 'question')} answered")
-    return _facts(parts)
-
-
-def _money(cost_usd: float | None) -> str:
-    if cost_usd is None:
-        return "price not known"
-    return f"${cost_usd:.4f}" if cost_usd else "no cost"
-
-
-def _facts(parts: list[str]) -> RenderableType:
-    return Padding(plain_text(" · ".join(parts), "dim", 300), (0, 0, 0, 2))
+    return Padding(joined(parts), (0, 0, 0, 2))

@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.spinner import Spinner
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.words import WARNING, count, hanging, noted, plain_text
+from adaptbot_cli.adapters.display.cells import WARNING, count, hanging, noted, plain_text
 
 LINES = 8
 """How many lines of the answer are seen at once: the whole plan is shown when it is checked."""

@@ -36,8 +36,8 @@ def carry_out(
     """
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.history import preview
-    from adaptbot_cli.adapters.tables.things import cell
+    from adaptbot_cli.adapters.display.cells import cell
+    from adaptbot_cli.adapters.display.origins import preview
     from adaptbot_cli.core.changes import as_json
     from adaptbot_cli.session import change
 

@@ -114,7 +114,7 @@ def _with_verdicts(
     home: "Home", proposal: "ProposedChange", yes: bool, dry_run: bool, json: bool
 ) -> int:
     """Carry out a change; name the plans that are judged otherwise then."""
-    from adaptbot_cli.adapters.tables.history import verdicts
+    from adaptbot_cli.adapters.display.origins import verdicts
     from adaptbot_cli.session import change
 
     changed = change.verdicts(home, proposal.delta)
@@ -162,7 +162,7 @@ def undo(
 
 def _plan_taken_back(home: "Home", plan: "KeptFile", yes: bool, dry_run: bool, json: bool) -> int:
     """Carry out that a kept plan is dropped, or the one before it put back."""
-    from adaptbot_cli.adapters.display.words import plain_text
+    from adaptbot_cli.adapters.display.cells import plain_text
     from adaptbot_cli.session.change import keep_file
 
     name = plan.path.rpartition("/")[2]
@@ -200,7 +200,7 @@ def add(
     """
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.things import cell, count
+    from adaptbot_cli.adapters.display.cells import cell, count
     from adaptbot_cli.session.teach import teach
 
     home = home_of(workspace_dir, domain)

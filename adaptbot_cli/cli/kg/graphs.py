@@ -85,8 +85,8 @@ def _text(sparql: str) -> str:
 
 
 def _show(answer: "Answered", home: "Home", json: bool) -> None:
+    from adaptbot_cli.adapters.display.standing import rows
     from adaptbot_cli.adapters.store.engine import write_graph
-    from adaptbot_cli.adapters.tables.state import rows
     from adaptbot_cli.session.queries import prefixes
 
     if answer.graph is not None:
@@ -147,7 +147,7 @@ def import_(
 
     Of a property with one value only, the file's is taken. --replace: the rest is let go.
     """
-    from adaptbot_cli.adapters.tables.state import parcel as table
+    from adaptbot_cli.adapters.display.standing import parcel as table
     from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.session.queries import imported, plain_parcel
 

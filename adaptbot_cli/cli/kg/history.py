@@ -37,7 +37,7 @@ def log(
 
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.history import log as table
+    from adaptbot_cli.adapters.display.origins import log as table
     from adaptbot_cli.session.knowledge import chapters
 
     home = home_of(workspace_dir, domain)
@@ -76,9 +76,9 @@ def diff(
     """
     from rich.text import Text
 
+    from adaptbot_cli.adapters.display.cells import cell
+    from adaptbot_cli.adapters.display.origins import difference, patch_notes
     from adaptbot_cli.adapters.store.turtle import engine_term
-    from adaptbot_cli.adapters.tables.history import difference, patch_notes
-    from adaptbot_cli.adapters.tables.things import cell
     from adaptbot_cli.core.changes import as_json, as_update
     from adaptbot_cli.session.knowledge import differences
 
@@ -111,7 +111,7 @@ def why(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
-    from adaptbot_cli.adapters.tables.history import why as table
+    from adaptbot_cli.adapters.display.origins import why as table
     from adaptbot_cli.core import describing
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import knowledge

@@ -103,7 +103,7 @@ def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None
 
 
 def _exchanged(came: "Exchange", json: bool) -> int:
-    from adaptbot_cli.adapters.tables.things import cell, count
+    from adaptbot_cli.adapters.display.cells import cell, count
 
     for text in came.notes:
         note(f"left out: {text}")
@@ -141,7 +141,7 @@ def show_conflicts(conflicts: Any, command: str) -> None:
     """Show answers of which one can stand, with who gave each, and how to settle them."""
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.things import cell, count
+    from adaptbot_cli.adapters.display.cells import cell, count
 
     out = console()
     for question in conflicts:
@@ -154,7 +154,7 @@ def show_conflicts(conflicts: Any, command: str) -> None:
 def _show(came: Any, remote: str) -> None:
     from rich.text import Text
 
-    from adaptbot_cli.adapters.tables.things import cell
+    from adaptbot_cli.adapters.display.cells import cell
 
     out = console()
     for lesson in came.settled:

@@ -62,7 +62,7 @@ def show(
 
 
 def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
-    from adaptbot_cli.adapters.tables import things
+    from adaptbot_cli.adapters.display import things
     from adaptbot_cli.core import describing
 
     domain = graph.domain
@@ -73,7 +73,7 @@ def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
 
 
 def _everything(graph: "Kg") -> "Shown":
-    from adaptbot_cli.adapters.tables import things
+    from adaptbot_cli.adapters.display import things
     from adaptbot_cli.core import view
 
     groups = view.everything(graph)
@@ -83,7 +83,7 @@ def _everything(graph: "Kg") -> "Shown":
 
 def _called(graph: "Kg", name: str) -> "Shown":
     """What bears a name: a thing goes before a class, an action and a task."""
-    from adaptbot_cli.adapters.tables import things
+    from adaptbot_cli.adapters.display import things
     from adaptbot_cli.core import describing, view
 
     found = view.called(graph, name)
@@ -141,7 +141,7 @@ def stats(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Count nodes and edges as the paper does, and what there is of each class."""
-    from adaptbot_cli.adapters.tables import things
+    from adaptbot_cli.adapters.display import things
     from adaptbot_cli.core import view
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import graphs

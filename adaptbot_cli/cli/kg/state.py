@@ -25,7 +25,7 @@ def status(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Tell where the knowledge is, its revision, edits not yet committed, runs not ended."""
-    from adaptbot_cli.adapters.tables.state import status as table
+    from adaptbot_cli.adapters.display.standing import status as table
     from adaptbot_cli.core.changes import as_json
     from adaptbot_cli.session import validation
 
@@ -57,7 +57,7 @@ def validate(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Tell everything that is wrong with the knowledge, where, and what to do; 3 if anything is."""
-    from adaptbot_cli.adapters.tables.state import faults as table
+    from adaptbot_cli.adapters.display.standing import faults as table
     from adaptbot_cli.session.validation import validate as found_faults
 
     found = workspace(workspace_dir)

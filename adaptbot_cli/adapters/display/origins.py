@@ -1,26 +1,24 @@
 """Who taught what and when, and what a change comes to, for the terminal."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from rdflib import URIRef
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from adaptbot_cli.adapters.tables.things import (
-    Plain,
-    action,
-    cell,
-    count,
-    indented,
-    joined,
-    minute,
-)
+from adaptbot_cli.adapters.display.cells import Mark, cell, count, indented, joined, minute, noted
+from adaptbot_cli.adapters.display.things import Plain, action
 from adaptbot_cli.core.changes import PARTS, Changes, Edited, ValueChange, Words, by_thing
 from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id
 from adaptbot_cli.core.terms import AB, Triple
 
-_SIGNS = {"added": ("+", "green"), "removed": ("-", "red"), "changed": ("~", "yellow")}
-_WHOLE = {"added": "new", "removed": "gone", "changed": ""}
+_SIGNS = {
+    "added": Mark("+", "green"),
+    "removed": Mark("-", "red"),
+    "changed": Mark("~", "yellow"),
+}
+_WHOLE = {"added": "new", "removed": "gone", "changed": "changed"}
 _MOST_SHOWN = 40
 
 
@@ -34,10 +32,7 @@ def difference(changes: Changes, words: Words, most: int | None = None) -> Rende
     if len(shown) < len(things):
         parts.append(Text(f"… and {count(len(things) - len(shown), 'more thing')}", "dim"))
     for entry in changes.entries:
-        sign, style = _SIGNS[entry.sign]
-        parts.append(
-            Text.assemble((f"{sign} ", style), cell(f"{entry.file}: {entry.name}"), " ", entry.sign)
-        )
+        parts.append(noted(_SIGNS[entry.sign], f"{entry.file}: {entry.name} {entry.sign}"))
     parts.append(summary(changes, things))
     return Group(*parts)
 
@@ -49,27 +44,28 @@ def preview(changes: Changes, words: Words) -> RenderableType:
 
 def summary(changes: Changes, things: Sequence[Edited]) -> Text:
     """Count what a change comes to."""
-    counted = [
-        count(sum(1 for thing in things if thing.sign == sign), "thing") + f" {word}"
-        for sign, word in (("added", "new"), ("removed", "gone"), ("changed", "changed"))
-        if any(thing.sign == sign for thing in things)
-    ]
+    tally: Counter[str] = Counter(thing.sign for thing in things)
+    counted = [f"{count(tally[s], 'thing')} {word}" for s, word in _WHOLE.items() if tally[s]]
     facts = f"{count(len(changes.delta.added), 'fact')} added, {len(changes.delta.removed)} removed"
     entries = [count(len(changes.entries), "entry", "entries")] if changes.entries else []
     return Text(" · ".join([", ".join(counted) or "nothing", facts, *entries]), "dim")
 
 
 def _title(thing: Edited, words: Words) -> Text:
-    sign, style = _SIGNS[thing.sign]
-    word = _WHOLE[thing.sign]
-    title = Text.assemble((f"{sign} ", style), cell(words.name(thing.entity), "bold"))
-    return title + Text(f"  {word}", style) if word else title
+    mark = _SIGNS[thing.sign]
+    title = noted(mark, words.name(thing.entity), "bold")
+    word = "" if thing.sign == "changed" else f"  {_WHOLE[thing.sign]}"
+    return title.append(word, mark.style)
 
 
 def _row(edit: ValueChange, words: Words) -> tuple[Text, ...]:
-    sign, style = _SIGNS[edit.sign]
+    mark = _SIGNS[edit.sign]
     values = [words.value(value) for value in (edit.old, edit.new) if value is not None]
-    return Text(sign, style), cell(words.label(edit.predicate), "dim"), cell(" → ".join(values))
+    return (
+        Text(mark.sign, mark.style),
+        cell(words.label(edit.predicate), "dim"),
+        cell(" → ".join(values)),
+    )
 
 
 def patch_notes(changes: Changes) -> Iterator[str]:
@@ -111,7 +107,7 @@ def log(chapters: Sequence[Chapter], words: Words, detailed: bool) -> Renderable
             parts.append(indented([(Text(text, "dim"),)]))
         elif detailed or not chapter.answers:
             known = words.also(chapter.changes.delta.added).also(chapter.changes.delta.removed)
-            parts.append(indented([(difference(chapter.changes, known, 12),)]))  # type: ignore[list-item]
+            parts.append(indented([(difference(chapter.changes, known, 12),)]))
         else:
             parts.append(indented(_answers(chapter)))
             rest = _beside(chapter)

@@ -2,15 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 
-from rdflib import Literal, URIRef
+from rdflib import URIRef
 from rdflib.term import Node
 from rich.console import Group, RenderableType
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.tables.history import difference
-from adaptbot_cli.adapters.tables.things import cell, count, indented
+from adaptbot_cli.adapters.display.cells import (
+    BAD,
+    GOOD,
+    WARNING,
+    Mark,
+    cell,
+    count,
+    indented,
+    noted,
+    table,
+)
+from adaptbot_cli.adapters.display.origins import difference
 from adaptbot_cli.core.changes import Status, Words, Wrong
 from adaptbot_cli.core.importing import Parcel
 from adaptbot_cli.core.terms import local
@@ -34,12 +43,12 @@ def status(standing: Status, words: Words | None) -> RenderableType:
     elif standing.edited:
         parts.append(cell(f"edited by hand, not committed: {', '.join(standing.edited)}", "yellow"))
         if standing.problem:
-            parts.append(Text("✗ ", "red") + cell(standing.problem))
+            parts.append(noted(BAD, standing.problem))
         elif standing.changes and words:
             parts.append(Padding(difference(standing.changes, words, _MOST_ROWS), (0, 0, 0, 2)))
         else:
             parts.append(Text("  only comments or layout: no fact differs", "dim"))
-        parts += [Text("✗ ", "red") + cell(fault) for fault in standing.faults]
+        parts += [noted(BAD, fault) for fault in standing.faults]
         if not standing.faults and not standing.problem:
             parts.append(Text('commit them with: adaptbot kg commit -m "…"', "dim"))
     else:
@@ -53,11 +62,10 @@ def status(standing: Status, words: Words | None) -> RenderableType:
 def faults(found: Sequence[Wrong]) -> RenderableType:
     """Show everything that is wrong: where, why, what to do."""
     if not found:
-        return Text.assemble(("✓ ", "green"), "nothing is wrong")
+        return noted(GOOD, "nothing is wrong")
     parts: list[RenderableType] = []
     for fault in found:
-        mark = Text("! ", "yellow") if fault.hint else Text("✗ ", "red")
-        parts.append(mark + cell(fault.message))
+        parts.append(noted(WARNING if fault.hint else BAD, fault.message))
         rows = [("in", fault.file), ("from", fault.cause), ("do", fault.remedy)]
         parts.append(indented((Text(key, "dim"), cell(value)) for key, value in rows if value))
     hints = sum(fault.hint for fault in found)
@@ -70,23 +78,19 @@ def rows(
     names: Sequence[str], found: Sequence[Sequence[Node | None]], prefixes: Mapping[str, str]
 ) -> RenderableType:
     """Show the solutions of a query."""
-    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0), pad_edge=False)
+    solutions = table()
     for name in names:
-        table.add_column(cell(name), overflow="fold")
+        solutions.add_column(cell(name, "bold not dim"), overflow="fold")
     for row in found:
-        table.add_row(*(_cell(value, prefixes) for value in row))
-    return Group(table, Text(count(len(found), "row"), "dim"))
+        solutions.add_row(*(_cell(value, prefixes) for value in row))
+    return Group(solutions, Text(count(len(found), "row"), "dim"))
 
 
 def _cell(value: Node | None, prefixes: Mapping[str, str]) -> Text:
-    if value is None:
-        return Text("")
-    if isinstance(value, Literal):
-        return cell(str(value))
     for name, space in prefixes.items():
         if isinstance(value, URIRef) and value.startswith(space) and len(value) > len(space):
             return cell(f"{name}:{value.removeprefix(space)}")
-    return cell(str(value))
+    return cell("" if value is None else str(value))
 
 
 def parcel(found: Parcel) -> RenderableType:
@@ -99,7 +103,7 @@ def parcel(found: Parcel) -> RenderableType:
     for triple, reason in found.left_out.items():
         reasons.setdefault(reason, []).append(" ".join(map(local, triple)))
     for reason, facts in reasons.items():
-        parts.append(Text("- ", "red") + cell(reason))
+        parts.append(noted(Mark("-", "red"), reason))
         shown = [*facts[:4], *([f"… {len(facts) - 4} more"] if len(facts) > 4 else [])]
         parts.append(indented((cell(fact, "dim"),) for fact in shown))
     if found.oddities:

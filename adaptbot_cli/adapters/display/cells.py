@@ -1,4 +1,4 @@
-"""Words on the screen: text from outside as plain text, counts, and the layout all tables share."""
+"""Text from outside as plain text, marks, counts, and the layouts that all tables share."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, OverflowMethod, RenderableType, RenderResult
 from rich.measure import Measurement
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
 from adaptbot_cli.core.visible import visible
 
-LONGEST = 90
-"""How many columns of a terminal a name or a line from outside may take, wrapped or not."""
+LONGEST, LONGEST_CELL = 90, 400
+"""How many columns of a terminal a name or a line from outside may take, wrapped or not; and a text
+that the person has asked to see."""
 
 GAP = 2
 """Blank columns between two columns of a table."""
@@ -76,19 +78,24 @@ def _breaks(plain: str, width: int) -> list[int]:
     return found
 
 
-def wrapped(text: Text) -> Wrapped:
-    """Let a text go on in the next line where a table would crop it."""
-    return Wrapped(text)
+def cell(text: str, style: str = "") -> Text:
+    """Return a text from outside that the person has asked to see, as `plain_text` does."""
+    return plain_text(text, style, LONGEST_CELL)
 
 
-def join(parts: Iterable[Text], between: str = "  ") -> Text:
-    """Join texts that keep their styles."""
-    return Text(between).join(parts)
+def joined(parts: Iterable[str], style: str = "dim") -> Text:
+    """Return parts in one line, empty ones left out."""
+    return cell(" · ".join(part for part in parts if part), style)
+
+
+def minute(when: str) -> str:
+    """Return an ISO time to the minute, as people write it."""
+    return when[:16].replace("T", " ")
 
 
 def noted(mark: Mark, text: str, style: str = "") -> Text:
     """Return a line that begins with a mark."""
-    return join([Text(mark.sign, mark.style), plain_text(text, style, 300)], " ")
+    return Text.assemble((f"{mark.sign} ", mark.style), cell(text, style))
 
 
 def hanging(line: Text) -> RenderableType:
@@ -112,6 +119,16 @@ def columns(*widths: int | None) -> Table:
     return table
 
 
-def heading(text: str) -> Text:
-    """Return the heading of a part of the screen."""
-    return Text(text, "bold")
+def table(*headers: str) -> Table:
+    """Return an empty table with headings."""
+    return Table(*headers, box=None, header_style="dim", padding=(0, GAP, 0, 0), pad_edge=False)
+
+
+def indented(rows: Iterable[tuple[RenderableType, ...]]) -> Padding:
+    """Return rows as columns, indented; the last column wraps."""
+    found = Table.grid(padding=(0, GAP, 0, 0), pad_edge=False)
+    for row in rows:
+        while len(found.columns) < len(row):
+            found.add_column(overflow="fold")
+        found.add_row(*row)
+    return Padding(found, (0, 0, 0, GAP))

@@ -1,19 +1,20 @@
-"""Tables of things, actions and tasks for the terminal, and the cells all tables share."""
+"""Tables of things, actions and tasks."""
 
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from adaptbot_cli.adapters.display.cells import cell, count, indented
 from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.view import Thing
-from adaptbot_cli.core.visible import visible
+
+Plain = dict[str, Any]
 
 
 def everything(kg: Kg, groups: list[tuple[Kind, list[Thing]]]) -> RenderableType:
@@ -21,14 +22,14 @@ def everything(kg: Kg, groups: list[tuple[Kind, list[Thing]]]) -> RenderableType
     nodes, edges = kg.size()
     parts: list[RenderableType] = []
     for kind, things in groups:
-        parts += [_heading(kind, len(things)), _listing(kg, things), Text()]
+        parts += [_heading(kind.label, len(things)), _listing(kg, things), Text()]
     parts.append(Text(f"{kg.domain.name}: {nodes} nodes, {edges} edges", "dim"))
     return Group(*parts)
 
 
 def members(kg: Kg, kind: Kind, things: list[Thing], about: dict[str, Any]) -> RenderableType:
     """Show the things of one class, and what is asked of a new one."""
-    parts: list[RenderableType] = [_heading(kind, len(things)), _listing(kg, things)]
+    parts: list[RenderableType] = [_heading(kind.label, len(things)), _listing(kg, things)]
     if about["about"]:
         parts.insert(1, Text(about["about"], "dim"))
     if about["asked"]:
@@ -37,28 +38,30 @@ def members(kg: Kg, kind: Kind, things: list[Thing], about: dict[str, Any]) -> R
     return Group(*parts)
 
 
-def _heading(kind: Kind, count: int) -> Text:
-    return Text.assemble((kind.label, "bold"), (f"  {count}", "dim"))
+def _heading(title: str, number: int) -> Text:
+    return Text.assemble((title, "bold"), (f"  {number}", "dim"))
 
 
 def _listing(kg: Kg, things: list[Thing]) -> Table:
-    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 2), pad_edge=False)
+    table = _table()
     table.add_column("name", no_wrap=True, max_width=32, overflow="ellipsis")
     table.add_column("place", no_wrap=True, max_width=20, overflow="ellipsis")
     table.add_column("is")
-    table.add_column("now")
+    table.add_column("now", style="green")
     for thing in things:
-        table.add_row(
-            Text(visible(thing.name)),
-            Text(visible(thing.place)),
-            Text(", ".join(_true(kg, thing.attributes))),
-            Text(", ".join(_true(kg, thing.states)), "green"),
+        is_so, now = (
+            ", ".join(_label(kg, name) for name, value in facts.items() if value is True)
+            for facts in (thing.attributes, thing.states)
         )
+        table.add_row(cell(thing.name), cell(thing.place), cell(is_so), cell(now))
     return table
 
 
-def _true(kg: Kg, facts: dict[str, Any]) -> list[str]:
-    return [_label(kg, name) for name, value in facts.items() if value is True]
+def _table(*headers: str, titled: bool = True) -> Table:
+    padding = (0, 2, 0, 2)
+    return Table(
+        *headers, box=None, header_style="dim", padding=padding, pad_edge=False, show_header=titled
+    )
 
 
 def _label(kg: Kg, name: str) -> str:
@@ -68,14 +71,11 @@ def _label(kg: Kg, name: str) -> str:
 
 def one(kg: Kg, thing: Thing) -> RenderableType:
     """Show one thing with all its facts, and what is in or on it."""
-    title = Text.assemble((visible(thing.name), "bold"), (f"  {_kinds(kg, thing)}", "dim"))
-    parts: list[RenderableType] = [title]
-    if thing.aliases:
-        names = ", ".join(map(visible, thing.aliases))
-        parts.append(Text(f"also called {names}"))
-    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 2), pad_edge=False)
-    for column in ("fact", "value", "predicate"):
-        table.add_column(column)
+    labels = {local(kind.iri): kind.label for kind in kg.domain.kinds.values()}
+    kinds = ", ".join(labels.get(name, name) for name in thing.kind.split(", "))
+    title = Text.assemble(cell(thing.name, "bold"), (f"  {kinds}", "dim"))
+    parts: list[RenderableType] = [title, *_also_called(thing.aliases)]
+    table = _table("fact", "value", "predicate")
     for heading, facts in (("what it is", thing.attributes), ("how it is now", thing.states)):
         if facts:
             table.add_row(Text(heading, "bold"))
@@ -83,87 +83,44 @@ def one(kg: Kg, thing: Thing) -> RenderableType:
             table.add_row(Text(_label(kg, name)), _value(value), Text(name, "dim"))
     parts.append(table)
     if thing.holds:
-        parts.append(Text.assemble(("holds  ", "dim"), ", ".join(map(visible, thing.holds))))
+        parts.append(Text.assemble(("holds  ", "dim"), cell(", ".join(thing.holds))))
     return Group(*parts)
 
 
-def _kinds(kg: Kg, thing: Thing) -> str:
-    labels = {local(kind.iri): kind.label for kind in kg.domain.kinds.values()}
-    return ", ".join(labels.get(name, name) for name in thing.kind.split(", "))
+def _also_called(names: Sequence[str]) -> list[Text]:
+    return [cell(f"also called {', '.join(names)}")] if names else []
 
 
 def _value(value: Any) -> Text:
     if isinstance(value, bool):
         return Text("yes", "green") if value else Text("no", "dim")
-    return Text(visible(str(value)))
+    return cell(str(value))
 
 
 def stats(kg: Kg, record: dict[str, Any]) -> RenderableType:
     """Show the counts of a graph."""
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 2), pad_edge=False)
-    table.add_column(justify="left")
-    table.add_column(justify="right")
+    table = _table("", "")
+    table.show_header = False
+    table.columns[1].justify = "right"
     for name in ("nodes", "edges", "actions", "tasks"):
         table.add_row(Text(name, "bold"), Text(str(record[name])))
-    labels = {kind.iri.rsplit("/", 1)[-1]: kind.label for kind in kg.domain.kinds.values()}
-    for name, count in record["classes"].items():
-        table.add_row(Text(labels.get(name, name)), Text(str(count)))
+    labels = {local(kind.iri): kind.label for kind in kg.domain.kinds.values()}
+    for name, number in record["classes"].items():
+        table.add_row(Text(labels.get(name, name)), Text(str(number)))
     return Group(Text(kg.domain.name, "bold"), table)
-
-
-_LONGEST = 400
-_INDENT = (0, 0, 0, 2)
-
-
-def cell(text: str, style: str = "", longest: int = _LONGEST) -> Text:
-    """Return text from outside: never markup, never an escape code, cut to a bearable length."""
-    shown = Text(visible(text), style, overflow="fold")
-    shown.truncate(longest, overflow="ellipsis")
-    return shown
-
-
-def joined(parts: Iterable[str], style: str = "dim") -> Text:
-    """Return what is told of something in one line, what is empty left out."""
-    return cell(" · ".join(part for part in parts if part), style)
-
-
-def minute(when: str) -> str:
-    """Return an ISO time to the minute, as people write it."""
-    return when[:16].replace("T", " ")
-
-
-def indented(rows: Iterable[tuple[Text, ...]]) -> Padding:
-    """Return rows as columns, indented; the last column wraps."""
-    table = Table.grid(padding=(0, 2, 0, 0), pad_edge=False)
-    for row in rows:
-        while len(table.columns) < len(row):
-            table.add_column(overflow="fold")
-        table.add_row(*row)
-    return Padding(table, _INDENT)
-
-
-def count(number: int, one: str, many: str = "") -> str:
-    """Say how many there are: "1 fact", "2 facts"."""
-    return f"{number} {one if number == 1 else many or one + 's'}"
-
-
-Plain = dict[str, Any]
 
 
 def listing(tasks: Sequence[Plain], actions: Sequence[Plain]) -> RenderableType:
     """List tasks with what they need, and actions with what they take."""
     parts: list[RenderableType] = []
-    if tasks:
-        parts.append(Text.assemble(("tasks", "bold"), (f"  {len(tasks)}", "dim")))
-        parts.append(
-            indented((cell(task["task"]), cell(", ".join(task["needs"]), "dim")) for task in tasks)
-        )
-    if actions:
-        parts.append(Text.assemble(("actions", "bold"), (f"  {len(actions)}", "dim")))
-        parts.append(indented((cell(_call(a)), cell(a["explain"], "dim")) for a in actions))
-    if not parts:
-        parts.append(Text("none are known", "dim"))
-    return Group(*parts)
+    for title, rows in (
+        ("tasks", [(task["task"], ", ".join(task["needs"])) for task in tasks]),
+        ("actions", [(_call(action), action["explain"]) for action in actions]),
+    ):
+        if rows:
+            parts.append(_heading(title, len(rows)))
+            parts.append(indented((cell(name), cell(text, "dim")) for name, text in rows))
+    return Group(*(parts or [Text("none are known", "dim")]))
 
 
 def action(record: Plain) -> RenderableType:
@@ -171,9 +128,8 @@ def action(record: Plain) -> RenderableType:
     parts: list[RenderableType] = [
         Text.assemble(cell(_call(record), "bold"), "  action"),
         cell(record["explain"]),
+        *_also_called(record["also_called"]),
     ]
-    if record["also_called"]:
-        parts.append(cell(f"also called {', '.join(record['also_called'])}"))
     takes = [(cell(p["name"]), cell(_takes(p), "dim")) for p in record["parameters"]]
     parts += _part("takes", takes)
     parts += _part("not possible if", [(cell(need["if_not"]),) for need in record["requires"]])
@@ -202,9 +158,8 @@ def _part(title: str, rows: Sequence[tuple[Text, ...]]) -> list[RenderableType]:
 
 def task(record: Plain, missing: Sequence[str], domain: str) -> RenderableType:
     """Show a task: what it needs, what of that is not here, when it is not done."""
-    parts: list[RenderableType] = [Text.assemble(cell(record["task"], "bold"), ("  task", "dim"))]
-    if record["also_called"]:
-        parts.append(cell(f"also called {', '.join(record['also_called'])}"))
+    title = Text.assemble(cell(record["task"], "bold"), ("  task", "dim"))
+    parts: list[RenderableType] = [title, *_also_called(record["also_called"])]
     parts += _part("needs", [(cell(", ".join(record["needs"])),)])
     if missing:
         parts.append(cell(f"! {count(len(missing), 'thing')} not known here: {', '.join(missing)}"))

@@ -1,24 +1,23 @@
 """The plan as a table: what was written, what it became, the verdict; below it what is open."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.words import (
+from adaptbot_cli.adapters.display.cells import (
     BAD,
     GAP,
     GOOD,
     WARNING,
     Mark,
+    Wrapped,
     columns,
     count,
-    heading,
-    join,
     plain_text,
-    wrapped,
 )
 from adaptbot_cli.core.findings import is_open
 from adaptbot_cli.core.names import sentence_list
@@ -44,28 +43,27 @@ def plan_table(report: Report, width: int, also: Sequence[Finding] = ()) -> Rend
     `also` are findings that came after the check: what stopped the execution, a goal not met.
     """
     findings = (*report.findings, *also)
-    parts: list[RenderableType] = [heading("Plan"), _steps(report.steps, width)]
-    if not report.steps:
-        parts = [heading("Plan"), Text("no step could be read from it", "dim")]
-    substitutions = _substitutions(report.steps)
-    if substitutions is not None:
-        parts += [Text(), heading("Substitutions"), substitutions]
-    if findings:
-        parts += [Text(), heading("Findings"), _findings(findings)]
+    none = Text("no step could be read from it", "dim")
+    parts: list[RenderableType] = [
+        Text("Plan", "bold"),
+        _steps(report.steps, width) if report.steps else none,
+    ]
+    for title, table in (
+        ("Substitutions", _substitutions(report.steps)),
+        ("Findings", _findings(findings)),
+    ):
+        if table.rows:
+            parts += [Text(), Text(title, "bold"), table]
     return Group(*parts)
 
 
 def summary(report: Report) -> str:
     """Say in a line what became of a plan: "19 steps, 7 changed, 2 findings"."""
-    tally = dict.fromkeys(_MARKS, 0)
-    for step in report.steps:
-        tally[step.status] += 1
-    parts = [count(len(report.steps), "step")]
-    lines = [status for status in ("changed", "inserted", "dropped") if tally[status]]
-    parts += [f"{tally[status]} {status}" for status in lines]
+    tally = Counter(step.status for step in report.steps)
+    changes = [f"{tally[s]} {s}" for s in ("changed", "inserted", "dropped") if tally[s]]
     open_ = len(_merged(report.findings))
-    parts += [count(open_, "finding") if open_ else "nothing open"]
-    return ", ".join(parts)
+    found = count(open_, "finding") if open_ else "nothing open"
+    return ", ".join([count(len(report.steps), "step"), *changes, found])
 
 
 def _steps(steps: Sequence[Step], width: int) -> Table:
@@ -84,9 +82,9 @@ def _steps(steps: Sequence[Step], width: int) -> Table:
 def _side_by_side(pair: tuple[Text, Text], shares: tuple[int, int]) -> RenderableType:
     """Two texts beside each other; a text alone has all the room, so that it rarely wraps."""
     if not pair[1]:
-        return wrapped(pair[0])
+        return Wrapped(pair[0])
     table = columns(*shares)
-    table.add_row(*map(wrapped, pair))
+    table.add_row(*map(Wrapped, pair))
     return table
 
 
@@ -111,9 +109,8 @@ def _texts(step: Step, before: Step | None) -> tuple[Text, Text]:
     if step.done == "failed":
         return plain_text(call), why
     if step.status == "inserted":
-        return (Text("because ", "dim italic").append_text(why) if why else why), plain_text(
-            call, "cyan"
-        )
+        because = Text("because ", "dim italic").append_text(why) if why else why
+        return because, plain_text(call, "cyan")
     written = plain_text(step.source or call)
     if step.status == "dropped":
         written.stylize("dim strike")
@@ -149,22 +146,20 @@ def _verdict(step: Step) -> Text:
     return Text.assemble((f"{mark.sign} ", mark.style), (step.status, mark.style))
 
 
-def _substitutions(steps: Iterable[Step]) -> Table | None:
+def _substitutions(steps: Iterable[Step]) -> Table:
     """Every substitution once, with its evidence and how many steps it changed."""
-    counts: dict[tuple[str, str, str, bool], int] = {}
-    for step in steps:
-        for change in dict.fromkeys(step.changes if step.status == "changed" else ()):
-            human = change.approved == "human"
-            key = (change.source, change.target, change.evidence, human)
-            counts[key] = counts.get(key, 0) + 1
-    if not counts:
-        return None
+    counts = Counter(
+        (change.source, change.target, change.evidence, change.approved == "human")
+        for step in steps
+        if step.status == "changed"
+        for change in dict.fromkeys(step.changes)
+    )
     table = columns(None, None)
     for (source, target, evidence, human), steps_changed in counts.items():
-        arrow = join([plain_text(source, longest=40), plain_text(target, "yellow", 40)], " → ")
+        names = plain_text(source, longest=40), plain_text(target, "yellow", 40)
         why = plain_text(f"{evidence}, approved by a person" if human else evidence)
         why.append(f" ({count(steps_changed, 'step')})", "dim")
-        table.add_row(arrow, why)
+        table.add_row(Text(" → ").join(names), why)
     return table
 
 

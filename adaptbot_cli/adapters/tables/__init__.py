@@ -1,1 +1,0 @@
-"""Tables of the knowledge graph for the terminal: things, changes, where facts come from."""
