@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from adaptbot_cli.adapters.transcript import Recorder, read
+from adaptbot_cli.adapters.transcript.loading import read
+from adaptbot_cli.adapters.transcript.recorder import Recorder
 from adaptbot_cli.core.turns import Ask, Checked, Learned, Propose
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import replay

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.planner.library import LibraryPlan
     from adaptbot_cli.adapters.store.keeper import Keeper, WorkspaceStart
-    from adaptbot_cli.adapters.transcript import Recorder
+    from adaptbot_cli.adapters.transcript.recorder import Recorder
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.adapters.world.simulated import SimulatedHome
     from adaptbot_cli.core.kg import Kg
@@ -388,7 +388,7 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
     """Begin a transcript. Raises KnowledgeError if it cannot be written."""
     from adaptbot_cli import __version__
     from adaptbot_cli.adapters.planner.choice import LIBRARY
-    from adaptbot_cli.adapters.transcript import Recorder
+    from adaptbot_cli.adapters.transcript.recorder import Recorder
     from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.resources import root_of
 

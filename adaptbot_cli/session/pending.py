@@ -24,7 +24,7 @@ from adaptbot_cli.workspace import Workspace
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from adaptbot_cli.adapters.transcript import LeftOver
+    from adaptbot_cli.adapters.transcript.loading import LeftOver
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.pending import Pending, Sitting, Waiting
     from adaptbot_cli.core.words import Lexicon
@@ -45,7 +45,7 @@ class Open:
 def find_open(workspace: Workspace, domain: str) -> Open:
     """Find the questions that are open in a domain. Raises UsageError, KnowledgeError."""
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.adapters.transcript import left_over
+    from adaptbot_cli.adapters.transcript.loading import left_over
 
     runs = left_over(workspace.transcripts, _sittings(workspace))
     words = WordNet()
@@ -130,7 +130,8 @@ def sit_down(
 
 def _remembering(workspace: Workspace, human: Human) -> Human:
     """A human who first gives what the last sitting was told, if that one was cut off."""
-    from adaptbot_cli.adapters.transcript import Memory, RememberingHuman, read_cut, unfinished
+    from adaptbot_cli.adapters.transcript.loading import read_cut, unfinished
+    from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
 
     latest = max(_sittings(workspace).glob("*.yaml"), default=None)
     if latest is None or latest not in unfinished(_sittings(workspace)):

@@ -61,7 +61,8 @@ def replay(
         ReplayError: the run differs from the transcript; the message says at which turn and how.
     """
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.adapters.transcript import Player, read
+    from adaptbot_cli.adapters.transcript.loading import read
+    from adaptbot_cli.adapters.transcript.player import Player
     from adaptbot_cli.core.parse import parser
     from adaptbot_cli.errors import UsageError
 

@@ -53,7 +53,7 @@ class PastRun:
 
 def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[PastRun]:
     """Return the newest runs, those of a task if words of it are given; other files are no runs."""
-    from adaptbot_cli.adapters.transcript import glanced
+    from adaptbot_cli.adapters.transcript.loading import glanced
     from adaptbot_cli.core.names import words
     from adaptbot_cli.errors import UsageError
 
@@ -106,7 +106,7 @@ class RunDetails:
 
 def details(workspace: Workspace, path: Path) -> RunDetails:
     """Return what a transcript tells of its run. Raises UsageError: it is none."""
-    from adaptbot_cli.adapters.transcript import read_cut
+    from adaptbot_cli.adapters.transcript.loading import read_cut
 
     header, turns = read_cut(path)
     runs = sorted(workspace.transcripts.glob("*.yaml"))
@@ -204,7 +204,7 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
         UsageError: it is no transcript, or ended before there was a plan.
         ReplayError: a finished one no longer tells the same story.
     """
-    from adaptbot_cli.adapters.transcript import read
+    from adaptbot_cli.adapters.transcript.loading import read
     from adaptbot_cli.core.progress import progress
     from adaptbot_cli.errors import ReplayError, UsageError
 
@@ -262,7 +262,7 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
     Raises:
         UsageError: there is no such run, there are several, or it has ended.
     """
-    from adaptbot_cli.adapters.transcript import has_end, text_of, unfinished
+    from adaptbot_cli.adapters.transcript.loading import has_end, text_of, unfinished
     from adaptbot_cli.errors import UsageError
 
     open_ = unfinished(workspace.transcripts)
@@ -285,9 +285,9 @@ def _listed(paths: list[Path]) -> str:
 
 def header_of(path: Path) -> Mapping[str, Any]:
     """Return a transcript's header. Raises UsageError."""
-    from adaptbot_cli.adapters import transcript
+    from adaptbot_cli.adapters.transcript import loading
 
-    return transcript.header_of(path)
+    return loading.header_of(path)
 
 
 def guarded(header: Mapping[str, Any]) -> dict[str, Any]:
@@ -307,7 +307,7 @@ def is_own(path: Path, header: Mapping[str, Any]) -> bool:
 
 def answered(path: Path) -> bool:
     """Tell whether a transcript holds a person's replies."""
-    from adaptbot_cli.adapters.transcript import read_cut
+    from adaptbot_cli.adapters.transcript.loading import read_cut
     from adaptbot_cli.adapters.transcript.recorder import is_signed
 
     return any(map(is_signed, read_cut(path)[1]))
@@ -327,7 +327,7 @@ def chain(path: Path) -> list[Path]:
 def spent(path: Path) -> "list[Spent]":
     """Return what a run that was cut off has spent on its model, as far as its transcripts tell."""
     from adaptbot_cli.adapters.planner.budget import Spent
-    from adaptbot_cli.adapters.transcript import read_cut
+    from adaptbot_cli.adapters.transcript.loading import read_cut
 
     turns = [turn for each in chain(path) for turn in read_cut(each)[1]]
     found = []
@@ -347,12 +347,8 @@ def remembering(
 
     Who has answered in a transcript that is not of this user nobody knows: only its plans count.
     """
-    from adaptbot_cli.adapters.transcript import (
-        Memory,
-        RememberingHuman,
-        RememberingPlanner,
-        read_cut,
-    )
+    from adaptbot_cli.adapters.transcript.loading import read_cut
+    from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
 
     memory = Memory()
     for each in chain(path):

@@ -133,7 +133,7 @@ def _origin_text(origin: "Origin", domain: str) -> str:
 def status(home: Home) -> Status:
     """Return how a workspace stands. Edits that cannot be read are told as a problem."""
     from adaptbot_cli.adapters.store.keeper import edit_faults, edited_plans
-    from adaptbot_cli.adapters.transcript import unfinished
+    from adaptbot_cli.adapters.transcript.loading import unfinished
 
     root, versions = home.workspace.root, home.versions
     if versions is None:

@@ -13,7 +13,8 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.planner import local as found
 from adaptbot_cli.adapters.planner import provider
-from adaptbot_cli.adapters.transcript import Recorder, read
+from adaptbot_cli.adapters.transcript.loading import read
+from adaptbot_cli.adapters.transcript.recorder import Recorder
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.session.build import Request, build
 from adaptbot_cli.session.graphs import load

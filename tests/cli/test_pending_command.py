@@ -2,8 +2,8 @@
 
 import pytest
 
-from adaptbot_cli.adapters.terminal.editing import Names
-from adaptbot_cli.adapters.transcript import left_over
+from adaptbot_cli.adapters.terminal.plan_editor import Names
+from adaptbot_cli.adapters.transcript.loading import left_over
 from tests.cli.attended import CTRL_C, tty
 from tests.cli.command import Home
 from tests.loopback import says, serving

@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from urllib.request import getproxies
 
+from adaptbot_cli.adapters.planner.answer import LONGEST, TooLong, TooSlow
 from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.planner.servers import is_here
-from adaptbot_cli.adapters.planner.streaming import LONGEST, TooLong, TooSlow
 from adaptbot_cli.core.names import sentence_list
 
 WITHOUT_MODEL = "`--model library` plans without a model."

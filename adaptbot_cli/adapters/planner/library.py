@@ -237,7 +237,7 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
         [front] = bounded.parse_yaml(parts[1], f"{path}: its front matter", PackError)
         return LibraryPlan(
             path,
-            _words(front, "names") or _refuse("names"),
+            _words(front, "names", needed=True),
             _words(front, "base") if "base" in front else None,
             _words(front, "ingredients"),
             {str(role): list(_words(front["roles"], role)) for role in front.get("roles") or ()},
@@ -259,24 +259,22 @@ def _text(path: Path) -> str:
         raise PackError(f"{path}: is no UTF-8 text; save it as UTF-8") from error
 
 
-def _words(front: Any, key: str) -> tuple[str, ...]:
+def _words(front: Any, key: str, needed: bool = False) -> tuple[str, ...]:
     """The list of words at a key. Raises TypeError."""
     value = front.get(key) or ()
-    return tuple(map(str, value)) if isinstance(value, list | tuple) else _refuse(key)
-
-
-def _refuse(key: str) -> tuple[str, ...]:
-    raise TypeError(f"`{key}`, which is a list: [one, another]")
+    if not isinstance(value, list | tuple) or (needed and not value):
+        raise TypeError(f"`{key}`, which is a list: [one, another]")
+    return tuple(map(str, value))
 
 
 def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
     """Return the plan with the longest name whose words the task all has, and that name."""
-    names = _folded(task)
+    names = folded(task)
     fitting = [
-        ((len(_folded(name)), len(name)), name, plan)
+        ((len(folded(name)), len(name)), name, plan)
         for plan in library
         for name in plan.names
-        if _folded(name) <= names
+        if folded(name) <= names
     ]
     if not fitting:
         return None
@@ -291,7 +289,8 @@ def _serves(folders: tuple[Path, ...], task: str) -> bool:
         return False
 
 
-def _folded(text: str) -> frozenset[str]:
+def folded(text: str) -> frozenset[str]:
+    """Return the words of a name, each in the singular."""
     return frozenset((singulars(word) or (word,))[0] for word in words(text))
 
 

@@ -3,10 +3,11 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import asdict, astuple, dataclass, field, replace
 from typing import Any, Protocol
 
 from adaptbot_cli.adapters.planner import local, provider
+from adaptbot_cli.adapters.planner.answer import PartialAnswer, plan_text, read, split
 from adaptbot_cli.adapters.planner.budget import SILENCE, Asking, Budget, Spent
 from adaptbot_cli.adapters.planner.failures import (
     WITHOUT_MODEL,
@@ -15,17 +16,14 @@ from adaptbot_cli.adapters.planner.failures import (
     Failure,
     failure,
 )
+from adaptbot_cli.adapters.planner.forms import MARK, Form
 from adaptbot_cli.adapters.planner.local import Board
-from adaptbot_cli.adapters.planner.prompts import MARK, Style
+from adaptbot_cli.adapters.planner.prompts import Message, Prompts
 from adaptbot_cli.adapters.planner.provider import Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
-from adaptbot_cli.adapters.planner.streaming import PartialAnswer, read
-from adaptbot_cli.adapters.planner.structured import Form
-from adaptbot_cli.adapters.planner.text import plan_text, split
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 
-Message = dict[str, str]
 TRIES = 4
 """How often an answer is asked for at most."""
 
@@ -35,27 +33,6 @@ FIRST_WAIT = 1.0
 
 Show = Callable[[str, bool], None]
 """Takes a piece of an answer as it comes, and whether it is reasoning."""
-
-
-class PromptSource(Protocol):
-    """What the model is told."""
-
-    @property
-    def style(self) -> Style:
-        """How the plan is asked for."""
-        ...
-
-    def messages(self, turn: Propose) -> list[Message]:
-        """Return the chat that asks for a plan, or a better one. Raises PackError."""
-        ...
-
-    def form(self, turn: Propose) -> Form:
-        """Return what an answer may be. Raises PackError."""
-        ...
-
-    def hash(self, turn: Propose) -> str:
-        """Return what tells this prompt from others. Raises PackError."""
-        ...
 
 
 class Watcher(Protocol):
@@ -88,7 +65,7 @@ class Model:
     `board` runs on this machine."""
 
     name: str
-    prompts: PromptSource
+    prompts: Prompts
     asking: Asking = field(default_factory=Asking)
     budget: Budget = field(default_factory=Budget)
     secrets: Secrets = field(default_factory=Secrets)
@@ -110,7 +87,8 @@ class Model:
             ModelError: no key, no such model, no network, a refusal, nothing left of the budget;
                 never with a secret in it, and with what was spent in vain.
         """
-        litellm = self._loaded()
+        with self.watcher.answering():  # litellm takes seconds to load
+            litellm = provider.load()
         messages = self.prompts.messages(turn)
         model, called = self._reached(litellm, self.prompts.form(turn))
         before = len(self.budget.answers)
@@ -118,24 +96,14 @@ class Model:
         try:
             reasoning, text = self._tried(model, called, messages)
         except ModelError as error:
-            error.spent = astuple(self._spent(before))
+            error.spent = astuple(sum(self.budget.answers[before:], start=Spent()))
             raise
         finally:
             self.budget.stop()
         prompt = f"{self.prompts.style} {self.prompts.hash(turn)}"
-        spent = self._spent(before)
-        return Proposal(
-            text,
-            spent.calls,
-            spent.prompt_tokens,
-            spent.completion_tokens,
-            spent.cost_usd,
-            reasoning=reasoning,
-            prompt=prompt,
-        )
-
-    def _spent(self, before: int) -> Spent:
-        return sum(self.budget.answers[before:], start=Spent())
+        spent = sum(self.budget.answers[before:], start=Spent())
+        proposal = Proposal(text, reasoning=reasoning, prompt=prompt)
+        return replace(proposal, **asdict(spent))
 
     def _tried(self, model: Provider, called: Called, messages: list[Message]) -> tuple[str, str]:
         """Ask until there is an answer, as often and long as it makes sense; return its reasoning
@@ -146,10 +114,10 @@ class Model:
             try:
                 return self._answered(model, messages, room, answer)
             except Exception as error:  # litellm raises each provider's own kinds of errors
-                if why := self._died(error):
+                if self.board and not isinstance(error, Failure) and (why := self.board.death()):
                     raise ModelError(why) from None
                 failed = failure(error, called, model.names, answer.begun)
-            reasoning, written = self._text(answer, None)
+            reasoning, written = self._text(answer)
             out_of_time = self.budget.seconds_left <= 0
             if written and (isinstance(failed, BrokenOff) or failed.slow):
                 before, unfinished = unfinished, written
@@ -170,15 +138,6 @@ class Model:
                 raise ModelError(called.sentence(text))
             self._wait(called, failed, number)
         raise AssertionError("the last try returns or raises")
-
-    def _died(self, error: Exception) -> str:
-        """Why the model on board has ended, if it has; it would do so again."""
-        return self.board.death() if self.board and not isinstance(error, Failure) else ""
-
-    def _loaded(self) -> Any:
-        """Return litellm, which takes seconds to load. Raises ModelError."""
-        with self.watcher.answering():
-            return provider.load()
 
     def _reached(self, litellm: Any, form: Form) -> tuple[Provider, Called]:
         """Return the model, and how it is spoken of. Raises ModelError: it lacks its key."""
@@ -223,41 +182,33 @@ class Model:
             with self.watcher.answering() as show:
 
                 def shown(piece: str, reasoning: bool) -> None:
-                    show(sieve.let(piece), reasoning or self._thinks(answer))
+                    thinks = self.prompts.style == "cot" and MARK not in "".join(answer.text)
+                    show(sieve.let(piece), reasoning or thinks)
 
-                read(
-                    lambda: model.stream(messages, min(SILENCE, left), room),
-                    SILENCE,
-                    left,
-                    shown,
-                    answer,
-                )
+                def ask() -> Any:
+                    return model.stream(messages, min(SILENCE, left), room)
+
+                read(ask, SILENCE, left, shown, answer)
                 show(sieve.rest(), False)
         except Exception:
             self._count(model, answer, messages)
             raise
-        reasoning, text = self._text(answer, self._count(model, answer, messages))
+        self._count(model, answer, messages)
+        reasoning, text = self._text(answer)
         self._judge(answer, text, reasoning)
         return reasoning, text
 
-    def _thinks(self, answer: PartialAnswer) -> bool:
-        """Whether an answer is still before the mark under which the plan stands."""
-        return self.prompts.style == "cot" and MARK not in "".join(answer.text)
+    def _count(self, model: Provider, answer: PartialAnswer, messages: list[Message]) -> None:
+        """Count what an answer, whole or not, has cost."""
+        if answer.chunks:
+            self.budget.answers.append(model.spent(answer, messages))
 
-    def _text(self, answer: PartialAnswer, whole: Any) -> tuple[str, str]:
+    def _text(self, answer: PartialAnswer) -> tuple[str, str]:
         """Return an answer's reasoning and its plan, without secrets."""
-        thought, text = plan_text(answer, whole)
+        thought, text = plan_text(answer)
         reasoning, plan = split(text, self.prompts.style)
         message = "\n".join(part for part in (thought, reasoning) if part)
         return self.secrets.cut(message), self.secrets.cut(plan)
-
-    def _count(self, model: Provider, answer: PartialAnswer, messages: list[Message]) -> Any:
-        """Count what an answer, whole or not, has cost; return it as litellm puts it together."""
-        if not answer.chunks:
-            return None
-        whole, spent = model.whole(answer.chunks, messages)
-        self.budget.answers.append(spent)
-        return whole
 
     def _judge(self, answer: PartialAnswer, text: str, reasoning: str) -> None:
         """Raise Failure for an answer that is none; say what is odd about one that is."""
@@ -268,11 +219,9 @@ class Model:
         if not text and reasoning:
             raise Failure("it only reasoned, and wrote no plan")
         if not text:
-            raise Failure(f"its answer was empty{self._wrong_address()}", again=True)
+            hint = "; is the API base right? it mostly ends in /v1" if self.asking.api_base else ""
+            raise Failure(f"its answer was empty{hint}", again=True)
         if answer.ended is None:
             raise BrokenOff
         if answer.ended == "length":
             self.watcher.tell("the answer was cut off at its length limit")
-
-    def _wrong_address(self) -> str:
-        return "; is the API base right? it mostly ends in /v1" if self.asking.api_base else ""

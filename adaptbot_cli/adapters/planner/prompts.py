@@ -9,7 +9,7 @@ import hashlib
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain, islice
@@ -19,18 +19,15 @@ from typing import Literal, get_args
 import jinja2
 from rdflib import RDF, URIRef
 
-from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library
-from adaptbot_cli.adapters.planner.structured import Form
+from adaptbot_cli.adapters.planner.forms import MARK, STYLES, Form, Style
+from adaptbot_cli.adapters.planner.library import LibraryPlan, folded, nearest_plan, read_library
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import singulars, words
+from adaptbot_cli.core.names import words
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Call, Finding, Task
 from adaptbot_cli.core.request import excludes
 from adaptbot_cli.core.turns import Propose
-
-Style = Literal["cot", "plain", "schema"]
-"""How the plan is asked for: after a chain of thought, alone, or as JSON of a given schema."""
 
 Part = Literal["items", "example", "memory"]
 """What an experiment may leave out of a prompt."""
@@ -38,11 +35,7 @@ Part = Literal["items", "example", "memory"]
 BEST: Style = "cot"
 """The style that a small model meets most goals with (docs/models.md)."""
 
-STYLES: tuple[Style, ...] = get_args(Style)
 PARTS: tuple[Part, ...] = get_args(Part)
-
-MARK = "PLAN:"
-"""The line between a chain of thought and the calls."""
 
 MOST_NAMES, MOST_OPEN = 12, 18
 """How many things of one class a prompt names at most; and where the task does not say which it is
@@ -167,9 +160,8 @@ class Prompts:
         return [*self.kept, *read_library(*(self.library or (bundled,)))]
 
     def _render(self, name: str, **values: object) -> str:
-        loader = jinja2.FileSystemLoader(self.folder)
         environment = jinja2.Environment(
-            loader=loader,
+            loader=jinja2.FileSystemLoader(self.folder),
             undefined=jinja2.StrictUndefined,
             trim_blocks=True,
             lstrip_blocks=True,
@@ -206,7 +198,8 @@ class Prompts:
             thought = self._thought(calls, used)
             text = f"{thought}\n{MARK}\n{text}"
             if self.style == "schema":
-                record = {"reasoning": thought, "plan": [_as_json(call) for call in calls]}
+                steps = [{"action": call.action, "args": [*call.args]} for call in calls]
+                record = {"reasoning": thought, "plan": steps}
                 text = json.dumps(record, ensure_ascii=False, separators=(",", ":"))
         return [{"role": "user", "content": asked}, {"role": "assistant", "content": text}]
 
@@ -221,12 +214,8 @@ class Prompts:
                 done.append(f"{call.action} {call.args[0]}")
         others = dict.fromkeys(arg for call in calls for arg in call.args if self.kg.find(arg))
         tools = ", ".join(name for name in others if name not in items)
-        lines = (
-            ("Items", ", ".join(items)),
-            ("To do", ", ".join(dict.fromkeys(done))),
-            ("With", tools),
-        )
-        return "\n".join(f"{head}: {text or 'nothing'}" for head, text in lines)
+        lines = {"Items": ", ".join(items), "To do": ", ".join(dict.fromkeys(done)), "With": tools}
+        return "\n".join(f"{head}: {text or 'nothing'}" for head, text in lines.items())
 
     @cached_property
     def _states(self) -> frozenset[URIRef]:
@@ -333,22 +322,14 @@ def _phrases(task: Task) -> Iterator[str]:
 
 
 def _nearness(task: Task, plan: LibraryPlan) -> float:
-    names = _folded(" ".join((task.name, *task.like)))
-    named = max((_shared(names, _folded(name)) for name in plan.names), default=0.0)
+    names = folded(" ".join((task.name, *task.like)))
+    named = max((_shared(names, folded(name)) for name in plan.names), default=0.0)
     return named + _shared(set(task.required), set(plan.ingredients))
 
 
-def _folded(text: str) -> set[str]:
-    return {(singulars(word) or (word,))[0] for word in words(text)}
-
-
-def _shared(one: set[str], other: set[str]) -> float:
+def _shared(one: Set[str], other: Set[str]) -> float:
     """Jaccard's index: what two sets share, of all that they hold."""
     return len(one & other) / (len(one | other) or 1)
-
-
-def _as_json(call: Call) -> Mapping[str, object]:
-    return {"action": call.action, "args": list(call.args)}
 
 
 def _limits(task: Task) -> dict[str, object]:
@@ -366,15 +347,12 @@ def _signatures(actions: Iterable[Action], explained: bool) -> list[str]:
         verb = action.explain.partition(" ")[0]
         families.setdefault((action.family or action.name, verb), []).append(action)
     lines = []
-    for members in families.values():
+    for (_, verb), members in families.items():
         line = ", ".join(map(_signature, members))
-        lines.append(f"{line}: {members[0].explain}" if explained and _needed(members[0]) else line)
+        # An explanation that begins with the name says no more than the name.
+        more = explained and verb != words(members[0].name)[0]
+        lines.append(f"{line}: {members[0].explain}" if more else line)
     return lines
-
-
-def _needed(action: Action) -> bool:
-    """Whether an explanation tells more than the name, with which those begin that do not."""
-    return action.explain.partition(" ")[0] != words(action.name)[0]
 
 
 def _signature(action: Action) -> str:

@@ -6,7 +6,8 @@ import os
 import re
 import threading
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -14,10 +15,10 @@ from urllib.request import getproxies
 
 import httpx
 
+from adaptbot_cli.adapters.planner.answer import PartialAnswer, TooLong
 from adaptbot_cli.adapters.planner.budget import Asking, Price, Spent
+from adaptbot_cli.adapters.planner.forms import Form
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
-from adaptbot_cli.adapters.planner.streaming import TooLong
-from adaptbot_cli.adapters.planner.structured import Form
 from adaptbot_cli.bounded import parse_json
 from adaptbot_cli.errors import ModelError
 
@@ -75,88 +76,81 @@ def _bound(response: Any) -> None:
     headers, stream = response.headers, response.stream
     if headers.get("content-encoding", "").strip().lower() in ("gzip", "deflate"):
         del headers["content-encoding"]
-        stream = _Unpacked(stream)
-    response.stream = _Bounded(stream)
+        stream = _Stream(stream, _unpacked)
     streamed = re.search(rb'"stream":\s*true', getattr(response.request, "_content", b""))
     plain = headers.get("content-type", "").startswith("application/json")
     if streamed and plain and response.status_code == 200 and "content-encoding" not in headers:
         headers["content-type"] = "text/event-stream"
-        response.stream = _AsEvents(stream)
+        response.stream = _Stream(stream, _as_event)
+    else:
+        response.stream = _Stream(stream, _by_line)
 
 
-class _Unpacked(httpx.SyncByteStream):
-    """The bytes of a packed answer, a little at a time: its limit is that of what it says."""
+class _Stream(httpx.SyncByteStream):
+    """The bytes of an answer as `read` makes them of what comes."""
 
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
+    def __init__(self, stream: Any, read: Callable[[Any], Iterator[bytes]]) -> None:
+        self._stream, self._read = stream, read
 
     def __iter__(self) -> Iterator[bytes]:
-        packed = zlib.decompressobj(wbits=47)
-        for piece in self._stream:
-            left = piece
-            while left:
-                yield packed.decompress(left, 1 << 16)
-                left = packed.unconsumed_tail
-        yield packed.flush()
+        return self._read(self._stream)
 
     def close(self) -> None:
         """Close the connection."""
         self._stream.close()
 
 
-class _Bounded(httpx.SyncByteStream):
-    """The bytes of an answer, line by line, up to a limit; a refusal is the answer's content, for
-    litellm passes it over in a stream."""
-
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
-
-    def __iter__(self) -> Iterator[bytes]:
-        left, begun = _MOST_BYTES, list[bytes]()
-        for piece in self._stream:
-            left -= len(piece)
-            if left < 0:
-                raise TooLong
-            lines, end, rest = piece.rpartition(b"\n")
-            if end:
-                yield _REFUSAL.sub(b'"content":', b"".join((*begun, lines, end)))
-                begun = []
-            begun.append(rest)
-        yield _REFUSAL.sub(b'"content":', b"".join(begun))
-
-    def close(self) -> None:
-        """Close the connection."""
-        self._stream.close()
+def _unpacked(stream: Iterable[bytes]) -> Iterator[bytes]:
+    """Unpack an answer a little at a time: its limit is that of what it says."""
+    packed = zlib.decompressobj(wbits=47)
+    for piece in stream:
+        left = piece
+        while left:
+            yield packed.decompress(left, 1 << 16)
+            left = packed.unconsumed_tail
+    yield packed.flush()
 
 
-class _AsEvents(_Bounded):
-    """The one event of an answer that came whole, although a stream was asked for."""
+def _by_line(stream: Iterable[bytes]) -> Iterator[bytes]:
+    """Read an answer line by line, up to a limit; a refusal becomes its content, for litellm passes
+    it over in a stream."""
+    left, begun = _MOST_BYTES, list[bytes]()
+    for piece in stream:
+        left -= len(piece)
+        if left < 0:
+            raise TooLong
+        lines, end, rest = piece.rpartition(b"\n")
+        if end:
+            yield _REFUSAL.sub(b'"content":', b"".join((*begun, lines, end)))
+            begun = []
+        begun.append(rest)
+    yield _REFUSAL.sub(b'"content":', b"".join(begun))
 
-    def __iter__(self) -> Iterator[bytes]:
-        whole = b"".join(super().__iter__())
-        try:
-            reply = parse_json(whole, "an answer", ModelError)
-            for choice in reply["choices"]:
-                message = choice["delta"] = choice.pop("message")
-                for index, call in enumerate(message.get("tool_calls") or ()):
-                    call["index"] = index
-        except (ModelError, LookupError, TypeError, AttributeError):
-            yield whole
-            return
-        reply["object"] = "chat.completion.chunk"
-        yield b"data: " + json.dumps(reply).encode() + b"\n\ndata: [DONE]\n\n"
+
+def _as_event(stream: Iterable[bytes]) -> Iterator[bytes]:
+    """Make one event of an answer that came whole, although a stream was asked for."""
+    whole = b"".join(_by_line(stream))
+    try:
+        reply = parse_json(whole, "an answer", ModelError)
+        for choice in reply["choices"]:
+            message = choice["delta"] = choice.pop("message")
+            for index, call in enumerate(message.get("tool_calls") or ()):
+                call["index"] = index
+    except (ModelError, LookupError, TypeError, AttributeError):
+        yield whole
+        return
+    reply["object"] = "chat.completion.chunk"
+    yield b"data: " + json.dumps(reply).encode() + b"\n\ndata: [DONE]\n\n"
 
 
 def load_early() -> None:
     """Begin to import litellm, which takes seconds, beside whatever comes next."""
-    threading.Thread(target=_load_quietly, daemon=True).start()
 
+    def quietly() -> None:
+        with suppress(Exception):  # raised again where the model is called, which imports it anew
+            load()
 
-def _load_quietly() -> None:
-    try:
-        load()
-    except Exception:  # it is told where the model is called, which imports it again
-        return
+    threading.Thread(target=quietly, daemon=True).start()
 
 
 def _straight_to_this_machine() -> None:
@@ -200,7 +194,8 @@ class Provider:
         nor counted, and cover no stream that breaks."""
         most = min(filter(None, (room, self.asking.most_tokens)), default=None)
         own: dict[str, Any] = {"api_base": self.asking.api_base} if self.asking.api_base else {}
-        if self.asking.api_key or (own and self.missing_key_of_own_server()):
+        keyless = self.model.startswith("openai/") and not os.environ.get("OPENAI_API_KEY")
+        if self.asking.api_key or (own and keyless):
             own["api_key"] = self.asking.api_key or _NO_KEY
         if self.model.startswith(_HANDLED):
             own["client"] = _handler(tuple(sorted(getproxies().items())))
@@ -231,25 +226,19 @@ class Provider:
         schema = {"name": "plan", "schema": self.form.schema, "strict": True}
         return {"response_format": {"type": "json_schema", "json_schema": schema}}
 
-    def missing_key_of_own_server(self) -> bool:
-        """Whether an OpenAI-compatible server is to be asked without any key."""
-        return self.model.startswith("openai/") and not os.environ.get("OPENAI_API_KEY")
-
-    def whole(self, chunks: list[Any], messages: list[dict[str, str]]) -> tuple[Any, Spent]:
-        """Build an answer from its chunks, and return what it cost: as reported, and counted here
-        where the report is missing or impossible."""
+    def spent(self, answer: PartialAnswer, messages: list[dict[str, str]]) -> Spent:
+        """Return what an answer has cost: as reported in its chunks, and counted here where the
+        report is missing or impossible."""
         try:
-            whole = self.litellm.stream_chunk_builder(chunks, messages=messages)
+            whole = self.litellm.stream_chunk_builder(answer.chunks, messages=messages)
         except Exception:  # chunks of a form that litellm streams but cannot put together
             whole = None
         usage = getattr(whole, "usage", None)
         prompt = _plausible(_reported(usage, "prompt_tokens"), self.tokens(messages))
-        completion = _plausible(_reported(usage, "completion_tokens"), self._tokens_of(chunks))
-        return whole, Spent(1, prompt, completion, self._cost(whole, prompt, completion))
-
-    def _tokens_of(self, chunks: list[Any]) -> int:
-        texts = [chunk.choices[0].delta.content or "" for chunk in chunks if chunk.choices]
-        return int(self.litellm.token_counter(model=self.model, text="".join(texts)))
+        text = "".join(answer.text)
+        written = int(self.litellm.token_counter(model=self.model, text=text))
+        completion = _plausible(_reported(usage, "completion_tokens"), written)
+        return Spent(1, prompt, completion, self._cost(whole, prompt, completion))
 
     def _cost(self, whole: Any, prompt: int, completion: int) -> float | None:
         """What an answer cost in US dollars, as litellm has it, which knows of cached prompts; not

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from adaptbot_cli.adapters.planner.model import PromptSource
+from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 
 PER_MESSAGE, PER_ANSWER = 3, 3
@@ -62,7 +62,7 @@ class Recorded:
 
     model: str
     answers: Sequence[str]
-    prompts: PromptSource
+    prompts: Prompts
     beyond: Planner | None = None
     name: str = "recording"
 

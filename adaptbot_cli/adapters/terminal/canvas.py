@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 from rich.console import Console
 from rich.text import Text
 
-from adaptbot_cli.adapters.terminal.words import plain
+from adaptbot_cli.core.visible import visible
 
 if TYPE_CHECKING:
     from prompt_toolkit.completion import Completer
@@ -38,6 +38,25 @@ STYLE = {
 
 OPEN: Any = object()
 """What a key or a line leads to that has not answered the question yet."""
+
+_LONGEST, _LONGEST_NAME = 300, 70
+
+
+def shown(text: str, style: str = "", longest: int = _LONGEST) -> Text:
+    """Return text that is never markup nor an escape code, cut to a bearable length."""
+    cut = Text(visible(text), style)
+    cut.truncate(longest, overflow="ellipsis")
+    return cut
+
+
+def plain(text: str) -> str:
+    """Return the same as a string, for prompts: they take no markup in strings."""
+    return shown(text).plain
+
+
+def title(name: str) -> str:
+    """Return a name as it stands in a list: in words."""
+    return shown(name.replace("_", " "), longest=_LONGEST_NAME).plain
 
 
 def is_plain(console: Console) -> bool:
@@ -94,8 +113,8 @@ def line(
         erase_when_done=True,
         **terminal(console),
     )
-    _stop_on_signal(prompt.application)
     app = prompt.application
+    _stop_on_signal(app)
     return str(app.run(pre_run=_unread(app, follows))).strip()
 
 
@@ -135,7 +154,9 @@ def _by_lines(menu: "Menu", console: Console) -> Any:
         for parts in drawn if drawn != before else ():
             console.print(Text("".join(text for _, text in parts).rstrip()), soft_wrap=True)
         if drawn == before:  # the line has changed nothing
-            console.print(f"  that is none of these; {menu.by_line()}, ?: keys", markup=False)
+            console.print(
+                f"  that is none of these; {menu.hint(numbered=True)}, ?: keys", markup=False
+            )
         before = drawn
         answer = menu.read(_read(console).strip())
         if answer is not OPEN:
@@ -233,20 +254,15 @@ def heading(text: str, hint: str, width: int) -> list["Line"]:
     return list(lines)
 
 
-def _input() -> Any:
-    from prompt_toolkit.input.defaults import create_input
-
-    return create_input(always_prefer_tty=True)
-
-
 def terminal(console: Console) -> dict[str, Any]:
     """Where prompts appear and in which colours: stdout may hold a result that a program reads."""
+    from prompt_toolkit.input.defaults import create_input
     from prompt_toolkit.output import ColorDepth
     from prompt_toolkit.output.defaults import create_output
 
     return {
         "output": create_output(stdout=cast(TextIO, console.file)),
-        "input": _input(),
+        "input": create_input(always_prefer_tty=True),
         "color_depth": ColorDepth.DEPTH_1_BIT if console.no_color else None,
     }
 

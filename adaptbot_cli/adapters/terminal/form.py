@@ -4,9 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN
+from adaptbot_cli.adapters.terminal.canvas import OPEN, plain, title
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
-from adaptbot_cli.adapters.terminal.words import plain, title
 from adaptbot_cli.core.questions import (
     AS_BEFORE,
     LATER,
@@ -70,6 +69,14 @@ class Form(Menu):
 
     The answer is whether the rest is taken too, an `Edit`, or `BACK`.
     """
+
+    KEYS = (
+        ("Enter", "take all of it"),
+        ("Tab", "take only what is needed"),
+        ("y/n/d", "yes, no, I don't know"),
+        ("Backspace", "take the answer out"),
+        ("letters", "another answer"),
+    )
 
     entries: Sequence[Entry] = ()
 
@@ -135,29 +142,13 @@ class Form(Menu):
         there = {row.question.key for row in self.entries if row.question.given}
         return [key for key in found if key in there]
 
-    def hint(self) -> str:
-        """Return the keys that take the form."""
-        hints = ["Enter: take this"]
-        if any(not row.needed for row in self.entries):
-            needed = any(row.needed for row in self.entries)
-            hints.append("Tab: only what is needed" if needed else "Tab: skip")
-        return ", ".join([*hints, *([f"Esc: {self.back}"] if self.back else [])])
-
-    def by_line(self) -> str:
-        """Return how a line of the form is changed, and the form taken."""
-        needed = any(row.needed for row in self.entries)
-        rest = ", -: only what is needed" if needed else ", -: skip"
-        return f"2 no: line 2 is no, Enter: take this{rest}"
-
-    def keys(self) -> Sequence[tuple[str, str]]:
-        """Return the keys of a line, and of the form."""
-        return [
-            ("Enter", "take all of it"),
-            ("Tab", "take only what is needed"),
-            ("y/n/d", "yes, no, I don't know"),
-            ("Backspace", "take the answer out"),
-            ("letters", "another answer"),
-        ]
+    def hint(self, numbered: bool) -> str:
+        """Return how the form is taken; and, of lines, how one of it is changed."""
+        needed = {row.needed for row in self.entries}
+        rest = "only what is needed" if True in needed else "skip"
+        key = "-" if numbered else "Tab"
+        change = "2 no: line 2 is no, " if numbered else ""
+        return f"{change}Enter: take this" + (f", {key}: {rest}" if False in needed else "")
 
     def above(self) -> Sequence[Line]:
         """Return what the form is needed for."""

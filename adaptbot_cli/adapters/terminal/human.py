@@ -8,9 +8,9 @@ from rich.console import Console
 from rich.text import Text
 
 from adaptbot_cli.adapters.terminal import canvas
+from adaptbot_cli.adapters.terminal.canvas import shown, title
 from adaptbot_cli.adapters.terminal.menu import BACK, Keys, YesNo
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.adapters.terminal.words import shown, title
 from adaptbot_cli.core.editing import Edit as PlanEdit
 from adaptbot_cli.core.learning import Lesson, number_trouble
 from adaptbot_cli.core.names import sentence_list
@@ -156,7 +156,7 @@ class TerminalHuman:
         """Ask for a change of the plan: one key, then what it takes."""
         if self.stopping or (turn.why == "ready" and not self.edits):
             return None
-        from adaptbot_cli.adapters.terminal.editing import ask_for_edit
+        from adaptbot_cli.adapters.terminal.plan_editor import ask_for_edit
 
         edit, text = ask_for_edit(turn, self.console, self.rejects)
         self._tell("Change the plan?", text)

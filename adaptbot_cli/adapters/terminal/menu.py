@@ -7,10 +7,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from textwrap import wrap
-from typing import Any
+from typing import Any, ClassVar
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN, heading
-from adaptbot_cli.adapters.terminal.words import plain, title
+from adaptbot_cli.adapters.terminal.canvas import OPEN, heading, plain, title
 from adaptbot_cli.core.questions import Choice
 
 Line = Sequence[tuple[str, str]]
@@ -19,7 +18,6 @@ Line = Sequence[tuple[str, str]]
 Check = Callable[[str], str]
 
 BACK = Choice("back", "back")
-_MOST = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +39,12 @@ class Menu(ABC):
     all.
     """
 
+    KEYS: ClassVar[Sequence[tuple[str, str]]] = ()
+    MOST: ClassVar[int] = 20
+    """How many rows are shown at once."""
+    ESCAPE: ClassVar[str] = "Esc"
+    """The key that leads back, as the hint has it."""
+
     text: str
     back: str = ""
     at: int = 0
@@ -55,17 +59,13 @@ class Menu(ABC):
     def pressed(self, key: str) -> Any:
         """Return the answer that a key gives, `OPEN` if none yet."""
 
-    def hint(self) -> str:
-        """Return the keys that stand beside the question."""
-        return f"Esc: {self.back}" if self.back else ""
-
-    def by_line(self) -> str:
-        """Return what a line may be, where the rows are numbered."""
-        return "a number"
+    @abstractmethod
+    def hint(self, numbered: bool) -> str:
+        """Return what stands beside the question: keys, or what a line may be."""
 
     def keys(self) -> Sequence[tuple[str, str]]:
         """Return the keys that ? shows, with what each does, besides moving about."""
-        return ()
+        return self.KEYS
 
     def above(self) -> Sequence[Line]:
         """Return the lines between the question and the rows."""
@@ -74,10 +74,6 @@ class Menu(ABC):
     def below(self, numbered: bool) -> Sequence[Line]:
         """Return the lines after the rows."""
         return ()
-
-    def most(self) -> int:
-        """Return how many rows are shown at once."""
-        return _MOST
 
     def press(self, key: str) -> Any:
         """Return the answer that a key gives, `OPEN` if none yet."""
@@ -100,12 +96,12 @@ class Menu(ABC):
 
     def draw(self, width: int, numbered: bool) -> list[Line]:
         """Return the lines to show; `numbered` says that they are read one after the other."""
-        back = f"b: {self.back}" if self.back else ""
-        hints = (self.by_line(), back) if numbered else (self.hint(),)
-        hint = ", ".join(part for part in (*hints, "?: keys") if part)
+        key = "b" if numbered else self.ESCAPE
+        back = f"{key}: {self.back}" if self.back else ""
+        hint = ", ".join(part for part in (self.hint(numbered), back, "?: keys") if part)
         lines = [*heading(plain(self.text), hint, width), *self.above()]
         rows = self.rows()
-        most = len(rows) if numbered else self.most()
+        most = len(rows) if numbered else self.MOST
         top = max(0, min(self.at - most + 1, len(rows) - most))
         for n, row in enumerate(rows[top : top + most], start=top):
             if row.above:
@@ -124,7 +120,7 @@ class Menu(ABC):
 
     def _help(self, numbered: bool, width: int) -> list[Line]:
         if numbered:
-            found = [("a line", self.by_line()), ("b", self.back)]
+            found = [("a line", self.hint(numbered)), ("b", self.back)]
         else:
             found = [("↑ ↓", "move"), *self.keys(), ("Esc", self.back)]
         found += [("Ctrl-C", "stop"), ("?", "hide this")]
@@ -154,6 +150,8 @@ class Keys(Menu):
     `by_enter` tells afterwards whether it was Enter that answered.
     """
 
+    ESCAPE = "b"
+
     choices: Sequence[Choice] = ()
     by_enter: bool = field(default=False, init=False)
     letters: list[str] = field(init=False)
@@ -165,13 +163,9 @@ class Keys(Menu):
             found = [str(n) for n in range(1, len(found) + 1)]
         self.letters = found
 
-    def hint(self) -> str:
-        """Return that one key is enough."""
-        return f"one key, b: {self.back}" if self.back else "one key"
-
-    def by_line(self) -> str:
-        """Return that a row's letter will do, too, and which row Enter takes."""
-        return f"a number or its letter, Enter: {self.at + 1}"
+    def hint(self, numbered: bool) -> str:
+        """Return that one key is enough; or, of lines, which row Enter takes."""
+        return f"a number or its letter, Enter: {self.at + 1}" if numbered else "one key"
 
     def read(self, line: str) -> Any:
         """Return the choice that a line gives: its words will do, too."""
@@ -214,10 +208,6 @@ class YesNo(Keys):
 
     choices: Sequence[Choice] = (YES, NO)
 
-    def hint(self) -> str:
+    def hint(self, numbered: bool) -> str:
         """Return both keys."""
-        return "Y/n"
-
-    def by_line(self) -> str:
-        """Return both letters."""
-        return "y or n"
+        return "y or n" if numbered else "Y/n"

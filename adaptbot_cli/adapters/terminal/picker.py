@@ -4,13 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN
+from adaptbot_cli.adapters.terminal.canvas import OPEN, plain, title
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
-from adaptbot_cli.adapters.terminal.words import plain, title
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.questions import Choice, Names
 
-_ROWS = 12
 _ALIKE, _SLIP = 3, 0.7
 """How many choices are shown that are written otherwise, and how alike they must be."""
 
@@ -23,6 +21,9 @@ class Picker(Menu):
     names that a new one cannot have; `others` finds more choices by what is typed. With `numbered`
     the values are numbers, found by how they begin, and labels are shown verbatim.
     """
+
+    KEYS = (("letters", "filter"), ("Ctrl-U", "show all"), ("Enter", "take what is marked"))
+    MOST = 12
 
     choices: Sequence[Choice] = ()
     new: str = ""
@@ -39,44 +40,26 @@ class Picker(Menu):
             found = [choice for choice in self.choices if choice.value.startswith(wanted)]
             return sorted(found, key=lambda choice: choice.value != wanted)
         wanted = wanted.replace("_", " ")
-        labels = [(title(choice.label).lower(), choice) for choice in self.choices]
-        held = [(label, choice) for label, choice in labels if wanted in label]
-        held.sort(key=lambda each: (each[0] != wanted, not each[0].startswith(wanted)))
-        found = [choice for _, choice in held]
-        name = normal(self.typed)
-        known = {normal(choice.label) for choice in self.choices}
-        if name and len(found) < _ROWS:
+        labels = {title(choice.label).lower(): choice for choice in self.choices}
+        held = [label for label in labels if wanted in label]
+        held.sort(key=lambda label: (label != wanted, not label.startswith(wanted)))
+        found = [labels[label] for label in held]
+        name, known = normal(self.typed), {normal(choice.label) for choice in self.choices}
+        if name and len(found) < self.MOST:
             more = [other for other in self.others.others(name) if normal(other) not in known]
             found += [Choice(m, m) for m in more if wanted in title(m).lower()]
             known.update(map(normal, more))
-        alike = [] if found else self._alike(wanted)
-        if self.new and name and name not in known:
-            found.append(Choice(f"new {name}", f"{self.new}: {name}"))
-        return [*found, *alike]
+        alike = [] if found else nearest(wanted, labels, _ALIKE, _SLIP)
+        is_new = self.new and name and name not in known
+        new = [Choice(f"new {name}", f"{self.new}: {name}")] if is_new else []
+        return [*found, *new, *map(labels.__getitem__, alike)]
 
-    def _alike(self, wanted: str) -> list[Choice]:
-        """The choices that may be meant though they are written otherwise."""
-        labels = {title(choice.label).lower(): choice for choice in self.choices}
-        return [labels[label] for label in nearest(wanted, labels, _ALIKE, _SLIP)]
-
-    def hint(self) -> str:
-        """Return how many there are to filter, and what else can be told."""
-        hints = [f"type to filter {len(self.choices)}"]
-        hints += [f"or {self.new}"] if self.new else []
-        return ", ".join([*hints, *([f"Esc: {self.back}"] if self.back else [])])
-
-    def by_line(self) -> str:
-        """Return how the list is filtered, and how a row of it is taken."""
-        new = f", or {self.new}" if self.new else ""
-        return f"letters: filter {len(self.choices)}{new}; a number: take it"
-
-    def keys(self) -> Sequence[tuple[str, str]]:
-        """Return the keys that filter and take."""
-        return [("letters", "filter"), ("Ctrl-U", "show all"), ("Enter", "take what is marked")]
-
-    def most(self) -> int:
-        """Return how many rows are shown at once."""
-        return _ROWS
+    def hint(self, numbered: bool) -> str:
+        """Return how many there are to filter, and what else can be given."""
+        size, new = len(self.choices), f", or {self.new}" if self.new else ""
+        if numbered:
+            return f"letters: filter {size}{new}; a number: take it"
+        return f"type to filter {size}{new}"
 
     def above(self) -> Sequence[Line]:
         """Return what is typed."""
@@ -84,17 +67,10 @@ class Picker(Menu):
 
     def rows(self) -> Sequence[Row]:
         """Return what matches."""
+        written = plain if self.numbered else title
         return [
-            Row(
-                [
-                    (
-                        "highlighted" if n == self.at else "",
-                        plain(choice.label) if self.numbered else title(choice.label),
-                    )
-                ],
-                plain(choice.then),
-            )
-            for n, choice in enumerate(self.matching())
+            Row([("highlighted" if n == self.at else "", written(c.label))], plain(c.then))
+            for n, c in enumerate(self.matching())
         ]
 
     def below(self, numbered: bool) -> Sequence[Line]:

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN
+from adaptbot_cli.adapters.terminal.canvas import OPEN, plain
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
-from adaptbot_cli.adapters.terminal.words import plain
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.questions import Key, Reviewed
@@ -23,6 +22,13 @@ class ReviewList(Menu):
     each lesson that was left out, those that went with it: they come back with it.
     """
 
+    KEYS = (
+        ("Enter or y", "keep what is ticked"),
+        ("Space", "leave a line out, or take it in again"),
+        ("c", "correct it"),
+        ("n", "keep nothing"),
+    )
+
     text: str = TITLE
     back: str = "back"
     lessons: Sequence[Lesson] = ()
@@ -34,33 +40,21 @@ class ReviewList(Menu):
         """Return what is kept as the list stands: True for all."""
         return Reviewed(frozenset(self.left_out)) if self.left_out else True
 
-    def hint(self) -> str:
-        """Return the keys that matter most."""
-        return "Enter: yes, Space: leave out, n: nothing, Esc: back"
-
-    def by_line(self) -> str:
-        """Return how all is kept, or a line left out."""
-        return "Enter: yes, a number: leave that out, n: nothing"
-
-    def keys(self) -> Sequence[tuple[str, str]]:
-        """Return all keys."""
-        return [
-            ("Enter or y", "keep what is ticked"),
-            ("Space", "leave a line out, or take it in again"),
-            ("c", "correct it"),
-            ("n", "keep nothing"),
-        ]
+    def hint(self, numbered: bool) -> str:
+        """Return how all is kept, a line left out, nothing kept."""
+        one = "a number: leave that out" if numbered else "Space: leave out"
+        return f"Enter: yes, {one}, n: nothing"
 
     def rows(self) -> Sequence[Row]:
         """Return the lessons, those left out crossed."""
-        return [self._row(n, lesson) for n, lesson in enumerate(self.lessons)]
-
-    def _row(self, n: int, lesson: Lesson) -> Row:
-        out = lesson.question.key in self.left_out
-        style = "then" if out else "highlighted" if n == self.at else ""
-        likely = lesson.answer.suggestion and f"suggested, {plain(lesson.answer.suggestion)}"
-        tick = ("then", "✗ ") if out else ("good", "✓ ")
-        return Row([tick, (style, plain(lesson.sentence))], likely)
+        found = []
+        for n, lesson in enumerate(self.lessons):
+            out = lesson.question.key in self.left_out
+            style = "then" if out else "highlighted" if n == self.at else ""
+            likely = lesson.answer.suggestion and f"suggested, {plain(lesson.answer.suggestion)}"
+            tick = ("then", "✗ ") if out else ("good", "✓ ")
+            found.append(Row([tick, (style, plain(lesson.sentence))], likely))
+        return found
 
     def below(self, numbered: bool) -> Sequence[Line]:
         """Say what went or came with the line that was changed last."""

@@ -1,4 +1,4 @@
-"""What a transcript tells of each turn, as one YAML document."""
+"""Each turn and its reply as one YAML document, and back."""
 
 from typing import Any
 
@@ -7,12 +7,11 @@ import yaml
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.editing import Edit, edited
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.parse import parse
-from adaptbot_cli.core.plan import Finding, Step
-from adaptbot_cli.core.questions import LATER, Answer, Key, Question, Reviewed
-from adaptbot_cli.core.report import Report, Result
-from adaptbot_cli.core.terms import Triple, local
+from adaptbot_cli.core.plan import Finding
+from adaptbot_cli.core.questions import LATER, Answer, Key, Reviewed
+from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.turns import (
     Act,
     Amend,
@@ -71,9 +70,15 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
             about = {"task": turn.task.name, "attempt": turn.attempt}
             return {"turn": "propose", **about, "findings": findings}
         case Checked():
-            return {"turn": "checked", **_report(turn.report)}
+            return {
+                "turn": "checked",
+                "executable": turn.report.executable,
+                "steps": [f"{step.status}: {step.call.render()}" for step in turn.report.steps],
+                "findings": [finding_text(finding) for finding in turn.report.findings],
+            }
         case Ask():
-            return {"turn": "ask", **_question(turn.question)}
+            asked = {**key_fields(turn.question.key), "text": turn.question.text}
+            return {"turn": "ask", **asked, **_filled(notes=list(turn.question.notes))}
         case Amend():
             return {"turn": "edit"}
         case Offer():
@@ -82,7 +87,8 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
         case Given():
             return {"turn": "given", **key_fields(turn.question.key), "answer": turn.answer.value}
         case Learned():
-            return {"turn": "learned", **_lesson(turn.lesson, kg)}
+            sentence, delta = turn.lesson.sentence, turn.lesson.delta
+            return {"turn": "learned", "sentence": sentence, "facts": _facts(delta)}
         case Executed():
             outcome = turn.outcome
             error = finding_text(outcome.error) if outcome.error else None
@@ -96,20 +102,19 @@ def describe(turn: Turn, kg: Kg) -> Document | None:
         case Surprised():
             return {"turn": "surprised", "seen": sentences(turn.surprise, kg)}
         case Believe():
-            return {"turn": "believe", "facts": _facts(turn.delta, kg)}
+            return {"turn": "believe", "facts": _facts(turn.delta)}
         case Stop():
             return {"turn": "stop", "why": turn.why}
-        case Review():
-            return {"turn": "review", "lessons": [lesson.sentence for lesson in turn.lessons]}
-        case Keep():
-            return {"turn": "keep", "lessons": [lesson.sentence for lesson in turn.lessons]}
+        case Review() | Keep():
+            kind = "review" if isinstance(turn, Review) else "keep"
+            return {"turn": kind, "lessons": [lesson.sentence for lesson in turn.lessons]}
         case LookUp() | Trace():
             return None
 
 
-def _question(question: Question) -> Document:
-    notes = {"notes": list(question.notes)} if question.notes else {}
-    return {**key_fields(question.key), "text": question.text, **notes}
+def _filled(**fields: object) -> Document:
+    """Return the fields that are not empty."""
+    return {key: value for key, value in fields.items() if value}
 
 
 def key_fields(key: Key) -> Document:
@@ -119,47 +124,25 @@ def key_fields(key: Key) -> Document:
 
 
 def key_of(reply: Any) -> Key | None:
-    """Return the key that `told_of_key` told, None if it is none."""
+    """Return the key that `key_fields` made a document of, None if it is none."""
     if not isinstance(reply, dict) or not {"kind", "about"} <= reply.keys():
         return None
     kind, about, prop = (str(reply.get(part, "")) for part in ("kind", "about", "prop"))
     return kind, about, prop, str(reply.get("subject", "item"))
 
 
-def answer_text(value: object) -> str:
-    """Return an answer as it is meant: YAML reads a bare yes as true."""
-    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
-
-
 def finding_text(finding: Finding) -> str:
-    """Return a finding as a transcript tells it."""
+    """Return a finding as a transcript has it."""
     return f"{finding.code} {finding.message}"
 
 
-def _report(report: Report) -> Document:
-    return {
-        "executable": report.executable,
-        "steps": [_step(step) for step in report.steps],
-        "findings": [finding_text(finding) for finding in report.findings],
-    }
-
-
-def _step(step: Step) -> str:
-    return f"{step.status}: {step.call.render()}"
-
-
-def _lesson(lesson: Lesson, kg: Kg) -> Document:
-    return {"sentence": lesson.sentence, "facts": _facts(lesson.delta, kg)}
-
-
-def _facts(delta: Delta, kg: Kg) -> list[str]:
-    removed = [f"- {fact(triple, kg)}" for triple in sorted(delta.removed)]
-    return removed + [f"+ {fact(triple, kg)}" for triple in sorted(delta.added)]
-
-
-def fact(triple: Triple, kg: Kg) -> str:
-    """Write a fact in short: `egg obj_location fridge`."""
-    return " ".join(local(node) for node in triple)
+def _facts(delta: Delta) -> list[str]:
+    """Return facts in short, each with its sign: `+ egg obj_location fridge`."""
+    return [
+        f"{sign} {' '.join(map(local, triple))}"
+        for sign, triples in (("-", delta.removed), ("+", delta.added))
+        for triple in sorted(triples)
+    ]
 
 
 def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
@@ -167,29 +150,42 @@ def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
     match reply:
         case Proposal():
             tokens = {"prompt": reply.prompt_tokens, "completion": reply.completion_tokens}
-            cost = {} if reply.cost_usd is None else {"cost_usd": reply.cost_usd}
-            calls = {} if reply.calls == 1 else {"calls": reply.calls}
-            spent = {"tokens": tokens} if any(tokens.values()) else {}
-            failed = {"failure": reply.failure} if reply.failure else {}
-            thought = {"reasoning": reply.reasoning} if reply.reasoning else {}
-            prompt = {"prompt": reply.prompt} if reply.prompt else {}
-            prompt |= {"source": reply.source} if reply.source else {}
-            return {**prompt, **thought, "reply": reply.text, **calls, **spent, **cost, **failed}
+            return {
+                **_filled(prompt=reply.prompt, source=reply.source, reasoning=reply.reasoning),
+                "reply": reply.text,
+                **({} if reply.calls == 1 else {"calls": reply.calls}),
+                **_filled(tokens=tokens if any(tokens.values()) else None),
+                **({} if reply.cost_usd is None else {"cost_usd": reply.cost_usd}),
+                **_filled(failure=reply.failure),
+            }
         case Answer():
-            to = {"to": key_fields(reply.to)} if reply.to is not None else {}
-            taken = {"suggestion": reply.suggestion} if reply.suggestion else {}
-            return {"answer": reply.value, **taken, **to, **_last(reply), **_by(reply)}
+            to = reply.to and key_fields(reply.to)
+            more = _filled(suggestion=reply.suggestion, to=to, last=reply.last)
+            return {"answer": reply.value, **more, **_filled(by=reply.by, at=reply.at)}
         case Edit():
-            return _edit(turn, reply)
+            text = "reason" if reply.kind == "reject" else "call"
+            told = {"edit": reply.kind, "step": reply.step, "to": reply.to, text: reply.text}
+            document = _filled(**told, by=reply.by, at=reply.at)
+            if isinstance(turn, Amend) and reply.kind != "reject":
+                document["plan"] = edited(reply, turn.report, parse)
+            return document
         case tuple() if isinstance(turn, Offer):
             return _offered(turn, reply)
         case Reviewed():
             if reply.back is not None:
                 return {"back": key_fields(reply.back)}
-            left_out = [key_fields(key) for key in sorted(reply.left_out)]
-            return {"kept": True, **({"left_out": left_out} if left_out else {})}
+            return {"kept": True, **_filled(left_out=[*map(key_fields, sorted(reply.left_out))])}
         case Seen():
-            return _seen(reply, kg)
+            return {
+                **_filled(
+                    failed=reply.failed,
+                    observed=[list(named(fact, kg)) for fact in sorted(reply.observed)],
+                    gone=[list(named(fact, kg)) for fact in sorted(reply.gone)],
+                    odd=list(reply.odd),
+                    over=reply.over,
+                ),
+                **({} if reply.goal is None else {"goal": reply.goal}),
+            }
         case Kept():
             return {"revision": reply.revision}
         case bool():
@@ -198,21 +194,47 @@ def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
             return {}
 
 
-def _seen(seen: Seen, kg: Kg) -> Document:
-    """What a world answered; facts by the home's names."""
-    record = {
-        "failed": seen.failed,
-        "observed": [list(named(fact, kg)) for fact in sorted(seen.observed)],
-        "gone": [list(named(fact, kg)) for fact in sorted(seen.gone)],
-        "odd": list(seen.odd),
-        "over": seen.over,
+def _offered(turn: Offer, answers: tuple[Answer, ...]) -> Document:
+    """The answers to an offer; that the person went back or stopped is written once."""
+    to = next((answer.to for answer in answers if answer.to is not None), None)
+    if to is not None:
+        return {"answers": {}, "back": key_fields(to)}
+    pairs = zip(turn.questions, answers, strict=False)
+    given = {q.prop: answer for q, answer in pairs if answer.value != LATER.value}
+    first = next(iter(given.values()), LATER)
+    taken = {prop: answer.suggestion for prop, answer in given.items() if answer.suggestion}
+    last = any(answer.last for answer in answers)
+    return {
+        "answers": {prop: answer.value for prop, answer in given.items()},
+        **_filled(suggestions=taken, last=last),
+        **(_filled(by=first.by, at=first.at) if given else {}),
     }
-    goal = {} if seen.goal is None else {"goal": seen.goal}
-    return {**{key: value for key, value in record.items() if value}, **goal}
+
+
+def answer_text(value: object) -> str:
+    """Return an answer as it is meant: YAML reads a bare yes as true."""
+    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+
+
+def answer_of(document: Document, prop: str = "") -> Answer:
+    """Return the answer in a document; of an offer, the one for a property."""
+    value = document["answers"][prop] if prop else document.get("answer", LATER.value)
+    taken = document.get("suggestions")
+    suggestion = taken.get(prop) if isinstance(taken, dict) else document.get("suggestion")
+    by, at = str(document.get("by", "")), str(document.get("at", ""))
+    return Answer(answer_text(value), by, at, suggestion=str(suggestion or ""))
+
+
+def edit_of(document: Document) -> Edit:
+    """Return the edit in a document."""
+    kind = document["edit"]
+    text = document.get("reason" if kind == "reject" else "call", "")
+    by, at = str(document.get("by", "")), str(document.get("at", ""))
+    return Edit(kind, document.get("step", 0), document.get("to", 0), str(text), by, at)
 
 
 def seen_of(document: Document, kg: Kg) -> Seen:
-    """Return what a world answered, from a document that tells it. Raises ValueError."""
+    """Return what a world answered, from its document. Raises ValueError."""
     observed, gone = (
         frozenset(fact_of(fact, kg) for fact in document.get(key) or ())
         for key in ("observed", "gone")
@@ -221,59 +243,6 @@ def seen_of(document: Document, kg: Kg) -> Seen:
     failed, over = str(document.get("failed", "")), str(document.get("over", ""))
     goal = document.get("goal")
     return Seen(failed, observed, gone, odd, over, goal if isinstance(goal, bool) else None)
-
-
-def _edit(turn: Turn, edit: Edit) -> Document:
-    text = "reason" if edit.kind == "reject" else "call"
-    record = {"edit": edit.kind, "step": edit.step, "to": edit.to, text: edit.text}
-    document = {**{key: value for key, value in record.items() if value}, **_by(edit)}
-    if isinstance(turn, Amend) and edit.kind != "reject":
-        document["plan"] = edited(edit, turn.report, parse)
-    return document
-
-
-def edit_of(document: Document) -> Edit:
-    """Return the edit that a document tells."""
-    kind = document["edit"]
-    text = document.get("reason" if kind == "reject" else "call", "")
-    by, at = str(document.get("by", "")), str(document.get("at", ""))
-    return Edit(kind, document.get("step", 0), document.get("to", 0), str(text), by, at)
-
-
-def _last(*answers: Answer) -> Document:
-    return {"last": True} if any(answer.last for answer in answers) else {}
-
-
-def _by(answer: Answer | Edit) -> Document:
-    return {key: value for key, value in (("by", answer.by), ("at", answer.at)) if value}
-
-
-def _offered(turn: Offer, answers: tuple[Answer, ...]) -> Document:
-    """What was told of an offer; that the person went back or stopped is told once."""
-    for answer in answers:
-        if answer.to is not None:
-            return {"answers": {}, "back": key_fields(answer.to)}
-    given = [
-        (question.prop, answer)
-        for question, answer in zip(turn.questions, answers, strict=False)
-        if answer.value != LATER.value
-    ]
-    by = _by(given[0][1]) if given else {}
-    taken = {prop: answer.suggestion for prop, answer in given if answer.suggestion}
-    return {
-        "answers": {prop: answer.value for prop, answer in given},
-        **({"suggestions": taken} if taken else {}),
-        **_last(*answers),
-        **by,
-    }
-
-
-def suggestion_of(document: Document, prop: str = "") -> str:
-    """Return why an answer was suggested that was taken as it stood, "" if the person gave it; of
-    an offer, the answer for a property."""
-    taken = document.get("suggestions")
-    found = taken.get(prop) if isinstance(taken, dict) else document.get("suggestion")
-    return str(found or "")
 
 
 def finished(result: Result) -> Document:

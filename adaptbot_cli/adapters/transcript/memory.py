@@ -5,11 +5,10 @@ from dataclasses import dataclass, field, replace
 
 from adaptbot_cli.adapters.transcript.documents import (
     Document,
-    answer_text,
+    answer_of,
     edit_of,
     finding_text,
     key_of,
-    suggestion_of,
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.learning import Lesson
@@ -76,12 +75,11 @@ class Memory:
                         self.over.append((self.task, ended))
                         self.done, ended = [], ""
                     self.task = str(document.get("task", ""))
-                    findings = _texts(document.get("findings"))
+                    found = document.get("findings")
+                    findings = tuple(map(str, found)) if isinstance(found, list) else ()
                     prompt = (self.task, int(document.get("attempt", 0)), findings)
-                    self.proposals[prompt] = Proposal(
-                        document["reply"], calls=0, source=str(document.get("source", ""))
-                    )
-                    self.proposed = document["reply"]
+                    self.proposed, source = document["reply"], str(document.get("source", ""))
+                    self.proposals[prompt] = Proposal(self.proposed, calls=0, source=source)
                 case "checked":
                     self.checked = list(map(str, document.get("steps") or ()))
                     self.plan = self.plans[self.task] = self.proposed
@@ -93,11 +91,11 @@ class Memory:
                 case "offer":
                     self._take_offer(document)
                 case "act" if not document.get("failed"):
-                    self._take_act(str(document.get("does", "")))
+                    self._take_step(str(document.get("does", "")))
                 case "review":
                     self._reopen(key_of(document.get("back")))
 
-    def _take_act(self, call: str) -> None:
+    def _take_step(self, call: str) -> None:
         """What was done is not to be done again: what is left of the plan is the plan now."""
         self.done.append(call)
         steps = [step.partition(": ")[::2] for step in self.checked]
@@ -107,26 +105,22 @@ class Memory:
         self.left[self.task] = "\n".join(kept)
 
     def _take_answer(self, document: Document) -> None:
-        key = key_of(document)
-        value = answer_text(document.get("answer", LATER.value))
-        if value == "back":
+        key, answer = key_of(document), answer_of(document)
+        if answer.value == "back":
             self._reopen(key_of(document.get("to")))
-        elif key is not None and value not in (LATER.value, STOP.value):
-            self.answers[key] = _answer(value, document)
-            if key[0] == "mend" and value == YES and key[2]:
+        elif key is not None and answer.value not in (LATER.value, STOP.value):
+            self.answers[key] = answer
+            if key[0] == "mend" and answer.value == YES and key[2]:
                 self.proposed = key[2]
 
     def _take_offer(self, document: Document) -> None:
-        about = str(document.get("about", ""))
-        back = key_of(document.get("back"))
-        if back is not None:
-            self._reopen(back)
-            return
-        self.offers.add(about)
-        for prop, value in (document.get("answers") or {}).items():
-            given = _answer(answer_text(value), document, str(prop))
-            for kind in (kind for kind, spec in KINDS.items() if spec.together):
-                self.answers[(kind, about, str(prop), "item")] = given
+        about, back = str(document.get("about", "")), key_of(document.get("back"))
+        self._reopen(back)
+        if back is None:
+            self.offers.add(about)
+            for prop in document.get("answers") or {}:
+                for kind in (kind for kind, spec in KINDS.items() if spec.together):
+                    self.answers[(kind, about, str(prop), "item")] = answer_of(document, prop)
 
     def _reopen(self, key: Key | None) -> None:
         if key is not None and key in self.answers:
@@ -146,15 +140,6 @@ class Memory:
         if question.given or before is None or not fits(question, before):
             return question
         return replace(question, suggested=Suggestion(before.value, AS_BEFORE))
-
-
-def _answer(value: str, document: Document, prop: str = "") -> Answer:
-    by, at = str(document.get("by", "")), str(document.get("at", ""))
-    return Answer(value, by, at, suggestion=suggestion_of(document, prop))
-
-
-def _texts(findings: object) -> tuple[str, ...]:
-    return tuple(map(str, findings)) if isinstance(findings, list) else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,8 +186,7 @@ class RememberingHuman:
         """Give what was told besides, if it was offered before."""
         if questions and questions[0].about in self.memory.offers:
             self.memory.offers.discard(questions[0].about)
-            known = (self.memory.answers.pop(question.key, LATER) for question in questions)
-            return tuple(known)
+            return tuple(self.memory.answers.pop(question.key, LATER) for question in questions)
         if not isinstance(self.human, Volunteer):
             return (LATER,) * len(questions)
         found = self.human.offer(tuple(map(self.memory.likely, questions)))
@@ -219,10 +203,10 @@ class RememberingHuman:
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
         """Ask: a review is only over with the run."""
-        answer_text = self.human.review(lessons)
-        if isinstance(answer_text, Reviewed):
-            self._forget(answer_text.back)
-        return answer_text
+        reply = self.human.review(lessons)
+        if isinstance(reply, Reviewed):
+            self._forget(reply.back)
+        return reply
 
     def _forget(self, key: Key | None) -> None:
         """Leave a question that the person goes back to for the person to answer."""

@@ -1,19 +1,17 @@
 """Plays a transcript again: planner, human and store of a replay, and the judge of it."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 from adaptbot_cli.adapters.transcript.documents import (
     Document,
-    answer_text,
+    answer_of,
     describe,
     edit_of,
     finished,
     key_of,
     seen_of,
-    suggestion_of,
 )
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.kg import Kg
@@ -36,25 +34,9 @@ from adaptbot_cli.core.world import Seen
 from adaptbot_cli.errors import ReplayError
 
 _GIVEN_BACK = frozenset(
-    {
-        *("prompt", "reasoning", "source"),
-        *("reply", "calls", "tokens", "cost_usd", "failure", "answer", "to", "last", "by"),
-        *("suggestion", "suggestions"),
-        *("at", "answers", "kept", "left_out", "back", "revision"),
-        *(
-            "edit",
-            "step",
-            "call",
-            "reason",
-            "plan",
-            "failed",
-            "observed",
-            "gone",
-            "odd",
-            "over",
-            "goal",
-        ),
-    }
+    """prompt reasoning source reply calls tokens cost_usd failure answer to last by suggestion
+    suggestions at answers kept left_out back revision edit step call reason plan failed observed
+    gone odd over goal""".split()  # noqa: SIM905
 )
 """What a document tells of the reply: given back in a replay, not compared."""
 
@@ -79,7 +61,10 @@ class Player:
         if self._next_is(record["turn"]):
             self.current = self.turns[self.at]
             self.at += 1
-            self._known_keys(record)
+            unknown = self.current.keys() - record.keys() - _GIVEN_BACK
+            if unknown:
+                text = f"`{min(unknown)}:` is nothing that a {record['turn']} turn tells"
+                raise self._differs(text)
             self._compare(record)
         elif record["turn"] in ("propose", "ask", "act") and record.get("kind") != "plan":
             raise self._differs(
@@ -89,73 +74,59 @@ class Player:
     def replied(self, turn: Turn, reply: object) -> None:
         """Everything was compared when the turn came."""
 
-    def begin(self, turn: Begin) -> Seen:
-        """Give what was seen at first."""
-        return self._seen()
-
-    def act(self, turn: Act) -> Seen:
-        """Give what came of the step."""
-        return self._seen()
-
-    def stop(self, turn: Stop) -> Seen:
-        """Give what was seen last."""
-        return self._seen()
-
-    def _seen(self) -> Seen:
+    def act(self, turn: Begin | Act | Stop) -> Seen:
+        """Return what the world answered."""
         try:
             return seen_of(self.current, self.kg)
         except ValueError as error:
             raise self._differs(str(error)) from error
 
-    def believe(self, turn: Believe) -> Kept:
+    begin = stop = act
+
+    def keep(self, turn: Keep | Believe) -> Kept:
         """Keep nothing: a replay changes no workspace."""
         return Kept(self.current.get("revision"))
 
+    believe = keep
+
     def propose(self, turn: Propose) -> Proposal:
-        """Give the recorded plan."""
+        """Return the recorded plan."""
         tokens = self.current.get("tokens") or {}
+        more = ("failure", "reasoning", "prompt", "source")
         return Proposal(
             str(self._given("reply")),
             int(self.current.get("calls", 1)),
             int(tokens.get("prompt", 0)),
             int(tokens.get("completion", 0)),
             self.current.get("cost_usd"),
-            str(self.current.get("failure", "")),
-            str(self.current.get("reasoning", "")),
-            str(self.current.get("prompt", "")),
-            str(self.current.get("source", "")),
+            *(str(self.current.get(key, "")) for key in more),
         )
 
     def ask(self, question: Question) -> Answer:
-        """Give the recorded answer; older transcripts lack the question whether to keep a plan."""
+        """Return the recorded answer; old transcripts lack the question whether to keep a plan."""
         if not self.current and question.kind == "plan":
             return LATER
-        value = answer_text(self._given("answer"))
-        to = key_of(self._given("to")) if value == "back" else None
-        by, at = self.current.get("by", ""), str(self.current.get("at", ""))
-        last = self.current.get("last") is True
-        return Answer(value, by, at, to, last, suggestion_of(self.current))
+        self._given("answer")
+        answer = answer_of(self.current)
+        to = key_of(self._given("to")) if answer.value == "back" else None
+        return replace(answer, to=to, last=self._is_last)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
-        """Give what was told besides; without an `offer` in the transcript, nothing."""
+        """Return the recorded answers; without an `offer` in the transcript, none."""
         to = key_of(self.current.get("back"))
         if to is not None:
             return (back(to),)
         given = self.current.get("answers") or {}
-        by, at = self.current.get("by", ""), str(self.current.get("at", ""))
-        found = [
-            Answer(
-                answer_text(given[q.prop]), by, at, suggestion=suggestion_of(self.current, q.prop)
-            )
-            if q.prop in given
-            else LATER
-            for q in questions
-        ]
-        found[-1] = replace(found[-1], last=self.current.get("last") is True)
+        found = [answer_of(self.current, q.prop) if q.prop in given else LATER for q in questions]
+        found[-1] = replace(found[-1], last=self._is_last)
         return tuple(found)
 
+    @property
+    def _is_last(self) -> bool:
+        return self.current.get("last") is True
+
     def amend(self, turn: Amend) -> Edit | None:
-        """Give the recorded edit, if there is one here."""
+        """Return the recorded edit, None if there is none here."""
         if not self.current:
             return None
         kind = self._given("edit")
@@ -170,10 +141,6 @@ class Player:
         if to is not None or left_out:
             return Reviewed(left_out, to)
         return bool(self.current.get("kept", True))
-
-    def keep(self, turn: Keep) -> Kept:
-        """Keep nothing: a replay changes no workspace."""
-        return Kept(self.current.get("revision"))
 
     def end(self, result: Result) -> None:
         """Check the result and that no turn is left over. Raises ReplayError."""
@@ -195,12 +162,6 @@ class Player:
         if key not in self.current:
             raise self._differs(f"this {self.current.get('turn', 'turn')} lacks `{key}:`")
         return self.current[key]
-
-    def _known_keys(self, document: Document) -> None:
-        unknown = self.current.keys() - document.keys() - _GIVEN_BACK
-        if unknown:
-            kind = document["turn"]
-            raise self._differs(f"`{min(unknown)}:` is nothing that a {kind} turn tells")
 
     def _compare(self, document: Document) -> None:
         for key in document.keys() & self.current.keys() - _GIVEN_BACK:
@@ -225,13 +186,7 @@ def _short(document: Document) -> str:
 
 def _difference(expected: object, actual: object) -> str:
     if isinstance(expected, list) and isinstance(actual, list):
-        for number, (one, other) in enumerate(_padded(expected, actual), start=1):
+        for number, (one, other) in enumerate(zip_longest(expected, actual), start=1):
             if one != other:
                 return f"entry {number}: the transcript has {one!r}, the run {other!r}"
     return f"the transcript has {expected!r}, the run {actual!r}"
-
-
-def _padded(one: list[Any], other: list[Any]) -> Iterable[tuple[Any, Any]]:
-    size = max(len(one), len(other))
-    fill = [None] * size
-    return list(zip((one + fill)[:size], (other + fill)[:size], strict=True))

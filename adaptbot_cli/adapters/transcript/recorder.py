@@ -46,7 +46,7 @@ class Recorder:
         self._write({"adaptbot": FORMAT, **header})
 
     def asked(self, turn: Turn) -> None:
-        """Nothing is written before the reply is there."""
+        """Write nothing before the reply is there."""
 
     def replied(self, turn: Turn, reply: object) -> None:
         """Write a turn with its reply."""

@@ -11,11 +11,11 @@ import pytest
 
 from adaptbot_cli.adapters.planner import local
 from adaptbot_cli.adapters.planner.budget import Asking
+from adaptbot_cli.adapters.planner.forms import MOST_STEPS, Form
 from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.planner.local import Board
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.planner.structured import MOST_STEPS, Form
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.kg import Kg

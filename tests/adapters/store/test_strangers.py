@@ -14,7 +14,13 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.store.trailers import answers, compose, parse
 from adaptbot_cli.adapters.store.versions import Versions
-from adaptbot_cli.adapters.transcript import header_of, left_over, read, read_cut, unfinished
+from adaptbot_cli.adapters.transcript.loading import (
+    header_of,
+    left_over,
+    read,
+    read_cut,
+    unfinished,
+)
 from adaptbot_cli.errors import KnowledgeError, PackError, UsageError
 from adaptbot_cli.session import graphs
 from adaptbot_cli.session.build import recording

@@ -1,16 +1,25 @@
-"""What an answer may be, as a JSON schema or as a grammar: the actions are given, the names open.
+"""How a plan is asked for, and what its answer may be, as a JSON schema or as a grammar.
 
-What is missing here must still be nameable: it is for the checks and the person to tell.
+The actions are given, the names open: what is missing here must still be nameable, as it is for the
+checks and the person to judge.
 """
 
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 from adaptbot_cli import bounded
 from adaptbot_cli.core.domain import Action, Parameter
 from adaptbot_cli.core.plan import Call
 from adaptbot_cli.errors import ModelError
+
+Style = Literal["cot", "plain", "schema"]
+"""How the plan is asked for: after a chain of thought, alone, or as JSON of a given schema."""
+
+STYLES: tuple[Style, ...] = get_args(Style)
+
+MARK = "PLAN:"
+"""The line between a chain of thought and the calls."""
 
 MOST_STEPS = 60
 """How many calls a plan has at most."""
@@ -54,7 +63,7 @@ class Form:
         """The grammar of an answer in GBNF, the notation of llama.cpp: one call a line."""
         calls = " | ".join(_call(action) for action in self.actions)
         plan = f'call ("\\n" call){{0,{MOST_STEPS - 1}}}'
-        root = f'thought{{1,8}} "PLAN:\\n" {plan}' if self.reasoning else plan
+        root = f'thought{{1,8}} "{MARK}\\n" {plan}' if self.reasoning else plan
         rules = (f"root ::= {root}", f"call ::= {calls}", _NAME, _NUMBER)
         return "\n".join((*rules, *([_THOUGHT] if self.reasoning else ()), ""))
 
@@ -66,22 +75,18 @@ def _call(action: Action) -> str:
     shown = [p for i, p in enumerate(action.visible) if i < needed or p.default or p.datatype]
     rest: list[str] = []
     for index in reversed(range(len(shown))):
-        comma = [_literal(", ")] if index else []
+        comma = [json.dumps(", ")] if index else []
         rest = [*comma, _value(shown[index]), *rest]
         if index >= needed:
             rest = [f"({' '.join(rest)})?"]
-    return " ".join((_literal(f"{action.name}("), *rest, _literal(")")))
+    return " ".join((json.dumps(f"{action.name}("), *rest, json.dumps(")")))
 
 
 def _value(parameter: Parameter) -> str:
+    """A value; the escapes of JSON's strings are those of GBNF's literals."""
     if parameter.words:
-        return f"({' | '.join(_literal(json.dumps(word)) for word in parameter.words)})"
+        return f"({' | '.join(json.dumps(json.dumps(word)) for word in parameter.words)})"
     return "name" if parameter.datatype is None else "number"
-
-
-def _literal(text: str) -> str:
-    """A literal; JSON's escapes are GBNF's."""
-    return json.dumps(text)
 
 
 def from_json(text: str) -> tuple[str, str]:

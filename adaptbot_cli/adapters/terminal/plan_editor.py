@@ -9,11 +9,11 @@ from prompt_toolkit.document import Document
 from rich.console import Console
 
 from adaptbot_cli.adapters.terminal import canvas
+from adaptbot_cli.adapters.terminal.canvas import shown
 from adaptbot_cli.adapters.terminal.menu import BACK, Keys
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.adapters.terminal.words import shown
 from adaptbot_cli.core.acting.draft import signature
-from adaptbot_cli.core.editing import Edit, EditableCall, called, edited, lines
+from adaptbot_cli.core.editing import Edit, EditableCall, EditKind, called, edited, lines
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import finder
 from adaptbot_cli.core.parse import parse
@@ -57,76 +57,52 @@ def ask_for_edit(turn: Amend, console: Console, rejects: bool) -> tuple[Edit | N
         picked = canvas.ask(Keys(_TEXT[turn.why], "leave it", choices=choices), console).value
         if picked in (_LEAVE, BACK.value):
             return None, "no"
-        edit = _ASK[picked](turn, there, console)
+        edit = _edit(picked, turn, there, console)
         if edit is not None:
             return edit, _describe(edit, there)
 
 
-def _replace(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
-    line = _which("Replace which step?", there, out)
-    if line is None:
+def _edit(kind: EditKind, turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
+    """Ask what an edit takes; None for back."""
+    if kind == "reject":
+        reason = canvas.line("What is wrong with it? (Enter alone: back)", out, "", lambda _: "")
+        return Edit(kind, text=reason) if reason else None
+    before = "Insert it before which step?" if kind == "insert" else ""
+    step = _step(before or f"{kind.capitalize()} which step?", there, out, turn if before else None)
+    if step is None or kind == "drop":
+        return None if step is None else Edit(kind, step)
+    if kind == "move":
+        return _moved(step, turn, there, out)
+    old = next((line.call.render() for line in there if line.number == step), "")
+    asked = f"Step {step} becomes" if kind == "replace" else "The new step is"
+    text = _call(asked, old if kind == "replace" else "", turn.kg, out)
+    return Edit(kind, step, text=text) if text else None
+
+
+def _moved(step: int, turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
+    to = _step("To before which step?", there, out, turn)
+    if to is None:
         return None
-    text = _call(f"Step {line.number} becomes", line.call.render(), turn.kg, out)
-    return Edit("replace", line.number, text=text) if text else None
-
-
-def _drop(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
-    line = _which("Drop which step?", there, out)
-    return None if line is None else Edit("drop", line.number)
-
-
-def _insert(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
-    step = _place("Insert it before which step?", turn, there, out)
-    if step is None:
-        return None
-    text = _call("The new step is", "", turn.kg, out)
-    return Edit("insert", step, text=text) if text else None
-
-
-def _move(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
-    line = _which("Move which step?", there, out)
-    to = None if line is None else _place("To before which step?", turn, there, out)
-    if line is None or to is None:
-        return None
-    edit, stay = Edit("move", line.number, to), Edit("move", line.number, line.number)
+    edit, stay = Edit("move", step, to), Edit("move", step, step)
     if edited(edit, turn.report, parse) != edited(stay, turn.report, parse):
         return edit
     out.print(shown("  that is where it stands", "dim"))
     return None
 
 
-def _reject(turn: Amend, there: Sequence[EditableCall], out: Console) -> Edit | None:
-    reason = canvas.line("What is wrong with it? (Enter alone: back)", out, "", lambda _: "")
-    return Edit("reject", text=reason) if reason else None
-
-
-_ASK = {
-    "replace": _replace,
-    "drop": _drop,
-    "insert": _insert,
-    "move": _move,
-    "reject": _reject,
-}
 _OF_A_STEP = frozenset({"replace", "drop", "move"})
 
 
-def _which(text: str, there: Sequence[EditableCall], out: Console) -> EditableCall | None:
-    """One of the steps that the plan writes; None for back."""
-    choices = [_choice(line) for line in there]
-    picked = canvas.ask(Picker(text, "back", choices=choices, numbered=True), out, follows=True)
-    return next((line for line in there if picked and str(line.number) == picked.value), None)
-
-
-def _place(text: str, turn: Amend, there: Sequence[EditableCall], out: Console) -> int | None:
-    """Before which step something goes: one more than the last for the end; None for back."""
-    end = len(turn.report.steps) + 1
-    choices = [*(_choice(line) for line in there), Choice(str(end), "at the end")]
+def _step(
+    text: str, there: Sequence[EditableCall], out: Console, whole: Amend | None
+) -> int | None:
+    """Ask for one of the steps that the plan writes; of a `whole` plan its end will do, too, which
+    is one more than the last. None for back."""
+    choices = [Choice(str(line.number), f"{line.number}  {line.call.render()}") for line in there]
+    if whole is not None:
+        choices.append(Choice(str(len(whole.report.steps) + 1), "at the end"))
     picked = canvas.ask(Picker(text, "back", choices=choices, numbered=True), out, follows=True)
     return None if picked is None else int(picked.value)
-
-
-def _choice(line: EditableCall) -> Choice:
-    return Choice(str(line.number), f"{line.number}  {line.call.render()}")
 
 
 def _call(text: str, typed: str, kg: Kg, out: Console) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.transcript.documents import FORMAT, Document, answer_text, key_of
+from adaptbot_cli.adapters.transcript.documents import FORMAT, Document, answer_of, key_of
 from adaptbot_cli.adapters.transcript.memory import Memory
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import LATER, STOP, UNKNOWN, YES, Key
@@ -16,43 +16,42 @@ from adaptbot_cli.errors import UsageError
 from adaptbot_cli.resources import root_of
 
 
-def _count(value: Any) -> bool:
+def _is_count(value: Any) -> bool:
     return type(value) is int and value >= 0
 
 
-def _amount(value: Any) -> bool:
+def _is_amount(value: Any) -> bool:
     return type(value) in (int, float) and 0 <= value < float("inf")
 
 
-def _names(value: Any) -> bool:
-    """Whether a value is a list of names: at most a hundred, of no more characters than a task."""
-    named = isinstance(value, list) and len(value) <= 100
-    return named and all(isinstance(name, str) and len(name) <= 1_000 for name in value)
+def _is_text(value: Any, longest: int = 200_000) -> bool:
+    return isinstance(value, str) and len(value) <= longest
 
 
-def _counts(value: Any) -> bool:
-    return isinstance(value, dict) and all(map(_count, value.values()))
+def _are_names(value: Any) -> bool:
+    return isinstance(value, list) and len(value) <= 100 and all(_is_text(v, 1_000) for v in value)
 
 
+_COUNT, _AMOUNT = ("a number", _is_count), ("an amount", _is_amount)
 _FORMS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "policy": ('"tutor" or "paper"', lambda value: value in ("tutor", "paper")),
-    "replans": ("a number", _count),
-    "requires": ("a list of names", _names),
+    "replans": _COUNT,
+    "requires": ("a list of names", _are_names),
     "task": ("a text of at most 1,000 characters", lambda value: len(str(value)) <= 1_000),
-    "reply": (
-        "a text of at most 200,000 characters",
-        lambda value: isinstance(value, str) and len(value) <= 200_000,
+    "reply": ("a text of at most 200,000 characters", _is_text),
+    "calls": _COUNT,
+    "tokens": (
+        "two numbers, `prompt:` and `completion:`",
+        lambda value: isinstance(value, dict) and all(map(_is_count, value.values())),
     ),
-    "calls": ("a number", _count),
-    "tokens": ("two numbers, `prompt:` and `completion:`", _counts),
-    "cost_usd": ("an amount", _amount),
-    "model": ("a name", lambda value: isinstance(value, str)),
-    "api_base": ("an address", lambda value: isinstance(value, str)),
-    "temperature": ("a number", _amount),
+    "cost_usd": _AMOUNT,
+    "model": ("a name", _is_text),
+    "api_base": ("an address", _is_text),
+    "temperature": _AMOUNT,
     "seed": ("a whole number", lambda value: type(value) is int),
-    "timeout": ("seconds", _amount),
-    "max_tokens": ("a number", _count),
-    "max_cost": ("an amount", _amount),
+    "timeout": ("seconds", _is_amount),
+    "max_tokens": _COUNT,
+    "max_cost": _AMOUNT,
 }
 """What some keys hold, wherever they stand."""
 
@@ -93,22 +92,20 @@ def read_cut(path: Path) -> tuple[Document, list[Document]]:
     Raises:
         UsageError: the file cannot be read, or is no transcript.
     """
-    return parse_cut(path, text_of(path))
+    return _parse_cut(path, text_of(path))
 
 
 def header_of(path: Path) -> Document:
     """Return a transcript's header; its turns are not looked at. Raises UsageError."""
-    return parse_cut(path, header_in(text_of(path)))[0]
+    return _parse_cut(path, _header_in(text_of(path)))[0]
 
 
-def header_in(text: str) -> str:
-    """Return the first document of a transcript's text."""
+def _header_in(text: str) -> str:
     head, _, rest = text.partition("\n---\n")
     return f"{head}\n" if rest else head
 
 
-def parse_cut(path: Path, text: str) -> tuple[Document, list[Document]]:
-    """Do as `read_cut` does with the text of a file."""
+def _parse_cut(path: Path, text: str) -> tuple[Document, list[Document]]:
     documents: list[Any] = []
     parts = text.split("\n---\n")
     for number, part in enumerate(parts, start=1):
@@ -132,15 +129,12 @@ def unfinished(folder: Path) -> list[Path]:
     """
     found: list[Path] = []
     gone_on: set[str] = set()
-    for path in sorted(folder.glob("*.yaml"), reverse=True):
-        try:
-            text = text_of(path)
-            if path.stem not in gone_on and not has_end(text):
-                parse_cut(path, text)
-                found.append(path)
-        except UsageError:  # what else lies in the folder is no run
-            continue
-        gone_on |= set(_RESUMES.findall(header_in(text)))
+    for path, text in _texts(folder):
+        if path.stem not in gone_on and not has_end(text):
+            if not any(_parsed(path, text)):  # what else lies in the folder is no run
+                continue
+            found.append(path)
+        gone_on |= set(_RESUMES.findall(_header_in(text)))
     return found
 
 
@@ -150,10 +144,9 @@ def glanced(path: Path) -> tuple[Document, Document]:
     What lies between is not looked at. Raises UsageError: it is no transcript.
     """
     text = text_of(path)
-    header = parse_cut(path, header_in(text))[0]
-    if not has_end(text):
-        return header, {}
-    [last] = bounded.parse_yaml(text.rpartition("\n---\n")[2], f"{path} is no transcript: it")
+    header = _parse_cut(path, _header_in(text))[0]
+    end = text.rpartition("\n---\n")[2] if has_end(text) else ""
+    last = next(iter(bounded.parse_yaml(end, f"{path} is no transcript: it")), None)
     return header, last if isinstance(last, dict) else {}
 
 
@@ -173,8 +166,6 @@ def text_of(path: Path) -> str:
 
 
 _RESUMES = re.compile(r"^resumes: ['\"]?(.+?)['\"]?$", re.MULTILINE)
-
-
 _PUTS_OFF = re.compile(rf"answer['\"]?\s*:\s*['\"]?(?:{LATER.value}|{STOP.value})")
 
 
@@ -217,7 +208,7 @@ def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
         ended = has_end(text)
         # Of what has ended and put nothing off the header alone is read.
         whole = not ended or _PUTS_OFF.search(text)
-        for header, turns in _parsed(path, text if whole else header_in(text)):
+        for header, turns in _parsed(path, text if whole else _header_in(text)):
             since = {key for stem, keys in later if stem > path.stem for key in keys}
             run = _left_over(path, header, turns, since)
             requires = tuple(sorted(map(normal, run.requires)))
@@ -237,24 +228,29 @@ def _texts(folder: Path) -> Iterator[tuple[Path, str]]:
 
 def _parsed(path: Path, text: str) -> Iterator[tuple[Document, list[Document]]]:
     with suppress(UsageError):
-        yield parse_cut(path, text)
+        yield _parse_cut(path, text)
 
 
 def _left_over(path: Path, header: Document, turns: list[Document], since: set[Key]) -> LeftOver:
     memory = Memory()
     memory.take(turns)
-    requires = tuple(header.get("requires") or ())
-    task, domain = str(header.get("task", "")), str(header.get("domain", ""))
-    without = tuple(header.get("without") or ())
-    unknown = since | {*_unknown(turns)}
-    sure = any(key[0] == "reading" and a.value == YES for key, a in memory.answers.items())
-    return LeftOver(path, task, domain, requires, memory.plan, unknown, without, memory.plans, sure)
+    return LeftOver(
+        path,
+        str(header.get("task", "")),
+        str(header.get("domain", "")),
+        tuple(header.get("requires") or ()),
+        memory.plan,
+        since | {*_unknown(turns)},
+        tuple(header.get("without") or ()),
+        memory.plans,
+        any(key[0] == "reading" and a.value == YES for key, a in memory.answers.items()),
+    )
 
 
 def _unknown(turns: list[Document]) -> Iterator[Key]:
     for turn in turns:
         key = key_of(turn)
-        if turn["turn"] == "ask" and key is not None and answer_text(turn.get("answer")) == UNKNOWN:
+        if turn["turn"] == "ask" and key is not None and answer_of(turn).value == UNKNOWN:
             yield key
 
 
