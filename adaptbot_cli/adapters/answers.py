@@ -33,22 +33,17 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
         UsageError: it has another form.
     """
     data = bounded.read_bytes(path, bounded.YAML, piped=True)
-    documents = bounded.parse_yaml(bounded.decode(data, path, UsageError), path)
-    reply = documents[0] if documents else {}
-    if (
-        len(documents) > 1
-        or not isinstance(reply, dict)
-        or not all(isinstance(v, dict) for v in reply.values())
-    ):
+    reply, *more = bounded.parse_yaml(bounded.decode(data, path, UsageError), path) or [{}]
+    if more or not isinstance(reply, dict) or not all(isinstance(v, dict) for v in reply.values()):
         raise UsageError(f"{path} must hold answers by subject: `chives: {{existence: absent}}`")
     return {normal(str(subject)): answers for subject, answers in reply.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class AnswersHuman:
-    """Answers from a file, `path` in messages; what the file does not tell stays open.
+    """Answers from a file, `path` in messages; what the file lacks stays open.
 
-    `asked` are the keys that could have been told, by subject; `reviewer` looks at what was learned
+    `asked` are the keys that were asked for, by subject; `reviewer` looks at what was learned
     before it is kept, if that is not agreed to by giving the file.
     """
 
@@ -63,7 +58,7 @@ class AnswersHuman:
 
         Raises:
             UsageError: the answer is none that the question has, or the kind of something that
-                exists is not told.
+                exists is missing.
         """
         record = self.answers.get(normal(question.about), {})
         keys = {question.kind, _prop(question), _listed(question)} - {""}
@@ -80,13 +75,13 @@ class AnswersHuman:
         return Answer(given, self.by)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
-        """Return what the file tells besides what is needed. Raises UsageError as `ask` does."""
+        """Return the file's answers to what is not needed. Raises UsageError as `ask` does."""
         return tuple(self.ask(question) for question in questions)
 
     def unused(self) -> list[str]:
         """Return a sentence for each entry of the file that no question asked for.
 
-        A subject or key that was misspelt is told with the nearest one that was asked for.
+        A misspelt subject or key comes with the nearest one that was asked for.
         """
         found = []
         for subject, record in self.answers.items():
@@ -105,12 +100,12 @@ class AnswersHuman:
         return UsageError(f"{self.path}: {question.about}: {problem}; {there_is} {choices}{known}")
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
-        """Accept, unless somebody looks at it: whoever wrote the file has said so."""
+        """Accept, unless there is a reviewer: whoever wrote the file agrees to it."""
         return self.reviewer(lessons) if self.reviewer else True
 
 
 def _answer_for(question: Question, record: dict[str, Any]) -> object:
-    """What a file tells of a question; of one that comes again and again, the next of a list.
+    """The file's answer to a question; to one that comes again and again, the next of a list.
 
     A new action is what the file makes of it.
     """

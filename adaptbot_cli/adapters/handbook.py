@@ -1,4 +1,4 @@
-"""A domain pack as a page to read: handbook.j2, filled with what only a graph can tell."""
+"""A domain pack as a page to read: handbook.j2, filled from the graph."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence, Sized

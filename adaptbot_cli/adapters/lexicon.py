@@ -10,12 +10,12 @@ import io
 import json
 import sys
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import astuple
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Final, NamedTuple, Protocol, get_args
+from typing import Any, Final, NamedTuple, get_args
 
 from adaptbot_cli import cache
 from adaptbot_cli.core.words import NoLexicon, Related, Relation, Sense
@@ -83,51 +83,25 @@ class WordNet:
         return known.answers[key]
 
     def _related(self, word: str, fields: frozenset[str]) -> Iterator[Related]:
-        for sense in self._senses(word):
+        reader = _open(self._folder)
+        found = (reader.senses(spelling) for spelling in _spellings(word))
+        for sense in next(filter(None, found), []):
             if sense.synset.lexname() in fields:
                 yield from _around(sense, fields)
 
-    def _senses(self, word: str) -> list["_Sense"]:
-        found = (self._reader.senses(spelling) for spelling in _spellings(word))
-        return next(filter(None, found), [])
-
-    @cached_property
-    def _reader(self) -> "_WordNetReader":
-        return _open(self._folder)
-
-
-class _Synset(Protocol):
-    """What is used of nltk's class of that name."""
-
-    def lexname(self) -> str: ...
-    def definition(self) -> str: ...
-    def lemma_names(self) -> list[str]: ...
-    def hypernyms(self) -> list["_Synset"]: ...
-    def hyponyms(self) -> list["_Synset"]: ...
-
 
 class _Sense(NamedTuple):
-    """A sense of a base form, and its rank in all of WordNet."""
+    """A sense of a base form, its rank in all of WordNet, and nltk's synset."""
 
     form: str
     rank: int
-    synset: _Synset
+    synset: Any
 
 
-class _WordNetReader(Protocol):
-    def senses(self, spelling: str) -> list[_Sense]: ...
-
-
-def _rank(related: Related) -> tuple[int, int, int, str, str, str]:
+def _rank(related: Related) -> tuple[object, ...]:
     relation = RELATIONS.index(related.relation)
-    return (
-        related.sense,
-        related.distance,
-        relation,
-        related.word,
-        related.field,
-        related.gloss,
-    )
+    by_words = (related.word, related.field, related.gloss)
+    return (related.sense, related.distance, relation, *by_words)
 
 
 def _spellings(word: str) -> Iterable[str]:
@@ -139,21 +113,13 @@ def _spellings(word: str) -> Iterable[str]:
 
 def _around(sense: _Sense, fields: frozenset[str]) -> Iterator[Related]:
     yield from _words(sense, sense.synset, "synonym", 0)
-    for distance, synset in _reach(sense.synset, _above, MAX_HYPERNYM, fields):
+    for distance, synset in _reach(sense.synset, "hypernyms", MAX_HYPERNYM, fields):
         yield from _words(sense, synset, "hypernym", distance)
-    for distance, synset in _reach(sense.synset, _below, MAX_HYPONYM, fields):
+    for distance, synset in _reach(sense.synset, "hyponyms", MAX_HYPONYM, fields):
         yield from _words(sense, synset, "hyponym", distance)
 
 
-def _above(synset: _Synset) -> list[_Synset]:
-    return synset.hypernyms()
-
-
-def _below(synset: _Synset) -> list[_Synset]:
-    return synset.hyponyms()
-
-
-def _words(sense: _Sense, synset: _Synset, relation: Relation, distance: int) -> Iterator[Related]:
+def _words(sense: _Sense, synset: Any, relation: Relation, distance: int) -> Iterator[Related]:
     for name in synset.lemma_names():
         word = name.lower()
         # A lemma can be its own synonym, and even its own hypernym in another sense.
@@ -162,16 +128,11 @@ def _words(sense: _Sense, synset: _Synset, relation: Relation, distance: int) ->
             yield Related(word, relation, distance, sense.rank, synset.lexname(), gloss)
 
 
-def _reach(
-    start: _Synset,
-    step: Callable[[_Synset], list[_Synset]],
-    limit: int,
-    fields: frozenset[str],
-) -> Iterator[tuple[int, _Synset]]:
-    """Walk from `start` in rings, without leaving `fields`."""
+def _reach(start: Any, step: str, limit: int, fields: frozenset[str]) -> Iterator[tuple[int, Any]]:
+    """Walk from a synset in rings by one of its methods, without leaving `fields`."""
     seen, ring = {start}, [start]
     for distance in range(1, limit + 1):
-        reached = {other for synset in ring for other in step(synset)} - seen
+        reached = {other for synset in ring for other in getattr(synset, step)()} - seen
         ring = [synset for synset in reached if synset.lexname() in fields]
         seen |= reached
         for synset in ring:
@@ -244,7 +205,7 @@ _lemmas = lru_cache(maxsize=1)(_Lemmas)
 
 
 class _Answers:
-    """The related words that were asked for, in this process or, as the cache tells, before."""
+    """The related words that were asked for, in this process or, from the cache, before."""
 
     def __init__(self, folder: Path) -> None:
         sums, code = _Files(folder).text(CHECKSUMS), Path(__file__).read_text("utf-8")
@@ -272,7 +233,7 @@ _answers = lru_cache(maxsize=1)(_Answers)
 
 
 @lru_cache(maxsize=1)
-def _open(folder: Path) -> _WordNetReader:
+def _open(folder: Path) -> Any:
     """Open the files of a folder: once in a process, for half a second's work each time."""
     if absent := "scipy" not in sys.modules:
         sys.modules["scipy"] = None  # type: ignore[assignment]
@@ -308,6 +269,5 @@ def _open(folder: Path) -> _WordNetReader:
     # The reader only asks that its root be a PathPointer; a string would go through nltk's list
     # of allowed folders.
     PathPointer.register(_Files)
-    # No multilingual data: None would say so, with a warning.
-    reader: _WordNetReader = ShippedReader(files, omw_reader=False)
-    return reader
+    # No multilingual data: None would warn of that.
+    return ShippedReader(files, omw_reader=False)

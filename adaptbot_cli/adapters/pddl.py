@@ -108,11 +108,8 @@ class _Pack:
         read = self.read
         costs = {f.name for f in read.fluents if f.type.is_int_type() or f.type.is_real_type()}
         refused = [f"the number {name}" for name in sorted(costs - {"total-cost"})]
-        refused += [
-            f"{fluent.name}, which is said of {len(fluent.signature)} things"
-            for fluent in read.fluents
-            if len(fluent.signature) > 2
-        ]
+        wide = [f for f in read.fluents if len(f.signature) > 2]
+        refused += [f"{f.name}, which is said of {len(f.signature)} things" for f in wide]
         refused += [f"the durative action {a.name}" for a in read.actions if hasattr(a, "duration")]
         for what, these in (("things", read.all_objects), ("types", read.user_types),
                             ("actions", read.actions), ("predicates", read.fluents)):  # fmt: skip
@@ -121,14 +118,12 @@ class _Pack:
             odd = [name for name in (*names, self.task) if not re.fullmatch(r"[a-z0-9_]+", name)]
             refused += [f"{name!r}, which is no name" for name in odd]
         if refused:
-            many = next((f for f in read.fluents if len(f.signature) > 2), None)
             cure = "Rewrite it without."
-            if many is not None:
-                first, *rest = (parameter.name for parameter in many.signature)
+            for name, (first, second, *_) in ((f.name, f.signature) for f in wide[:1]):
                 cure = (
-                    f"Give {many.name} a type of its own, whose things are what is so related, "
-                    f"with a predicate of two things for each part: ({many.name}-{first} ?it "
-                    f"?{first}), ({many.name}-{rest[0]} ?it ?{rest[0]}) and so on."
+                    f"Give {name} a type of its own, whose things are what is so related, "
+                    f"with a predicate of two things for each part: ({name}-{first.name} ?it "
+                    f"?{first.name}), ({name}-{second.name} ?it ?{second.name}) and so on."
                 )
             raise KnowledgeError(
                 f"{self.source} has {', '.join(refused[:5])}: a pack, a graph of facts about two "
@@ -199,9 +194,8 @@ class _Pack:
             f'    ab:explain "{name.replace("_", " ")}"',
             f"    ab:parameters ( {parameters} )",
         ]
-        parts += [f"    ab:requires\n{wanted}"] if (
-            wanted := self._conditions(action.preconditions, names, "{{{}}}".format)
-        ) else []  # fmt: skip
+        wanted = self._conditions(action.preconditions, names, "{{{}}}".format)
+        parts += [f"    ab:requires\n{wanted}"] if wanted else []
         parts.append(f'    ab:effect """\n{self._effect(action, names)}"""')
         return " ;\n".join(parts) + " .\n\n"
 
@@ -211,14 +205,18 @@ class _Pack:
         """Each conjunct as a condition with a sentence, which names parameters as `shown` does."""
         found = []
         for order, formula in enumerate(_conjuncts(formulas), start=1):
-            what = f'ab:ask "{_ask(formula, names)}"'
+            ask, text = _written(formula, names, shown)
+            ask = _atom(formula, names) if formula.is_fluent_exp() else f"FILTER({ask})"
+            what = f'ab:ask "ASK {{ {ask} }}"'
             if formula.is_fluent_exp() and self._lasts(formula.fluent()):
                 (term,) = formula.args
-                if term.is_parameter_exp():  # what nobody has said of it becomes a question
+                if term.is_parameter_exp():  # what is unknown of it becomes a question
                     of, prop = names[term.parameter().name], _predicate(formula.fluent())
                     what = f'ab:of "{of}" ; ab:attribute {prop} ; ab:value true'
-            text = _formula_text(formula.args[0] if formula.is_not() else formula, names, shown)
-            text += " must not hold" if formula.is_not() else " must hold"
+            if formula.is_not():
+                text = f"{_written(formula.args[0], names, shown)[1]} must not hold"
+            else:
+                text = f"{text} must hold"
             found.append(f'        [ ab:order {order} ; {what} ;\n          ab:message "{text}" ]')
         return " ,\n".join(found)
 
@@ -233,7 +231,7 @@ class _Pack:
             if effect.forall or effect.is_conditional():
                 value = f"?value_{number}"
                 last = scope.term(effect.fluent.args[1]) if len(effect.fluent.args) > 1 else "true"
-                only = f"FILTER({_expression(effect.condition, scope)})"
+                only = f"FILTER({_written(effect.condition, scope, str)[0]})"
                 every = _every(effect.forall, scope)
                 # BIND knows a parameter only where a pattern beside it names it.
                 known = f"{last} a ?kind_{number} ." if last.startswith("?") else ""
@@ -308,36 +306,6 @@ def _conjuncts(formulas: Iterable[Any]) -> Iterator[Any]:
             yield formula
 
 
-def _ask(formula: Any, names: _Names) -> str:
-    if formula.is_fluent_exp():
-        return f"ASK {{ {_atom(formula, names)} }}"
-    return f"ASK {{ FILTER({_expression(formula, names)}) }}"
-
-
-def _expression(formula: Any, names: _Names) -> str:
-    """A formula as a SPARQL expression. Raises KnowledgeError."""
-    if formula.is_forall() or formula.is_exists():
-        inner = names.within(formula.variables())
-        held = _expression(formula.args[0], inner)
-        held = held if formula.is_exists() else f"(!{held})"
-        found = f"EXISTS {{ {_every(formula.variables(), inner)} FILTER({held}) }}"
-        return f"({found})" if formula.is_exists() else f"(!{found})"
-    if formula.is_equals():
-        return f"({' = '.join(map(names.term, formula.args))})"
-    if formula.is_fluent_exp():
-        return f"(EXISTS {{ {_atom(formula, names)} }})"
-    if formula.is_bool_constant():
-        return str(formula.is_true()).lower()
-    below = [_expression(part, names) for part in formula.args]
-    if formula.is_implies():
-        return f"((!{below[0]}) || {below[1]})"
-    if formula.is_not():
-        return f"(!{below[0]})"
-    if formula.is_and() or formula.is_or():
-        return "(" + (" && " if formula.is_and() else " || ").join(below) + ")"
-    raise KnowledgeError(f"{formula} is no condition that can be taken over")
-
-
 def _every(variables: Iterable[Any], names: _Names) -> str:
     """A pattern that binds variables to all things of their types."""
     return " ".join(f"?{names[v.name]} a/<{RDFS.subClassOf}>* {_type(v.type)} ." for v in variables)
@@ -350,33 +318,47 @@ def _atom(atom: Any, names: _Names, value: str = "") -> str:
     return f"{subject} {_predicate(atom.fluent())} {value or (terms[1:] or ['true'])[0]} ."
 
 
-def _formula_text(formula: Any, names: _Names, shown: Callable[[str], str]) -> str:
-    """A formula in words, its parameters as `shown` writes them."""
+def _written(formula: Any, names: _Names, shown: Callable[[str], str]) -> tuple[str, str]:
+    """A formula as a SPARQL expression, and in words with its parameters as `shown` writes them.
+
+    Raises:
+        KnowledgeError: it is no condition.
+    """
 
     def term(part: Any) -> str:
         named = names.term(part)
-        return shown(named[1:]) if named.startswith("?") and not part.is_variable_exp() else (
-            normal(named.removeprefix("ex:").removeprefix("?")).replace("_", " "))  # fmt: skip
-
-    def told(part: Any, inner: _Names = names) -> str:
-        return _formula_text(part, inner, shown)
+        if named.startswith("?") and not part.is_variable_exp():
+            return shown(named[1:])
+        return normal(named.removeprefix("ex:").removeprefix("?")).replace("_", " ")
 
     if formula.is_fluent_exp():
         name = normal(formula.fluent().name).replace("_", " ")
-        return " ".join([name, *map(term, formula.args)])
-    if formula.is_exists() or formula.is_forall():
-        inner = names.within(formula.variables())
-        these = " and ".join(inner[v.name].replace("_", " ") for v in formula.variables())
-        which = "for every" if formula.is_forall() else "for some"
-        return f"({which} {these}: {told(formula.args[0], inner)})"
+        return f"(EXISTS {{ {_atom(formula, names)} }})", " ".join([name, *map(term, formula.args)])
     if formula.is_equals():
-        return f"{' is '.join(map(term, formula.args))}"
+        return f"({' = '.join(map(names.term, formula.args))})", " is ".join(
+            map(term, formula.args)
+        )
+    if formula.is_bool_constant():
+        return str(formula.is_true()).lower(), str(formula.is_true()).lower()
+    variables = formula.variables() if formula.is_exists() or formula.is_forall() else ()
+    inner = names.within(variables)
+    parts = [_written(part, inner, shown) for part in formula.args]
+    asks, texts = [ask for ask, _ in parts], [text for _, text in parts]
+    if variables:
+        every = formula.is_forall()
+        these = " and ".join(inner[v.name].replace("_", " ") for v in variables)
+        held = f"(!{asks[0]})" if every else asks[0]
+        found = f"EXISTS {{ {_every(variables, inner)} FILTER({held}) }}"
+        which = "for every" if every else "for some"
+        return f"(!{found})" if every else f"({found})", f"({which} {these}: {texts[0]})"
     if formula.is_not():
-        return f"not ({told(formula.args[0])})"
+        return f"(!{asks[0]})", f"not ({texts[0]})"
     if formula.is_implies():
-        return f"({told(formula.args[1])} if {told(formula.args[0])})"
-    word = " and " if formula.is_and() else " or "
-    return f"({word.join(map(told, formula.args))})"
+        return f"((!{asks[0]}) || {asks[1]})", f"({texts[1]} if {texts[0]})"
+    if formula.is_and() or formula.is_or():
+        sign, word = (" && ", " and ") if formula.is_and() else (" || ", " or ")
+        return f"({sign.join(asks)})", f"({word.join(texts)})"
+    raise KnowledgeError(f"{formula} is no condition that can be taken over")
 
 
 def _above(kind: Any) -> Iterator[Any]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from rdflib import URIRef
 
-from adaptbot_cli.core.domain import Action, Property
+from adaptbot_cli.core.domain import Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
@@ -32,9 +32,9 @@ the speed of silent reading (Brysbaert, 2019)."""
 
 @dataclass(slots=True)
 class SimulatedHuman:
-    """Answers from `truth`; with probability `error` says something else that could be chosen.
+    """Answers from `truth`; with probability `error` gives another answer that could be chosen.
 
-    What it says depends on the question and the seed alone, not on what was asked before. It
+    Its answers depend on the question and the seed alone, not on what was asked before. It
     counts what the questions cost: `about` what was asked about, `prompts` and `seconds` at the
     terminal (docs/evaluation.md, "The simulated person").
     """
@@ -65,10 +65,9 @@ class SimulatedHuman:
 
     def _truly(self, question: Question) -> str:
         match question.kind:
-            case "existence" if question.subject == "action":
-                return self._action(question)
             case "existence":
-                return self._item(question)
+                is_action = question.subject == "action"
+                return self._action(question) if is_action else self._item(question)
             case "kind":
                 return self._kind(question)
             case "attribute":
@@ -77,8 +76,9 @@ class SimulatedHuman:
                 return self._place(question)
             case "failed":
                 return self._failed(question)
-            case _:
-                return _agreed(question)
+            case _:  # what is offered, such as steps that the goal needs; nothing else is known
+                agreed = any(choice.value == YES for choice in question.choices)
+                return YES if agreed else LATER.value
 
     def _item(self, question: Question) -> str:
         found = self.truth.find(question.about)
@@ -89,13 +89,10 @@ class SimulatedHuman:
 
     def _action(self, question: Question) -> str:
         for action in self.truth.domain.actions.values():
-            if question.about in self._names(action):
+            names = (action.name, *action.aliases, *self.truth.aliases(action.iri))
+            if question.about in map(normal, names):
                 return f"is {action.name}"
         return ABSENT
-
-    def _names(self, action: Action) -> set[str]:
-        value = (action.name, *action.aliases, *self.truth.aliases(action.iri))
-        return {normal(name) for name in value}
 
     def _kind(self, question: Question) -> str:
         entity = self._entity(question)
@@ -138,7 +135,7 @@ class SimulatedHuman:
         return next((prop for prop in known if local(prop.iri) == question.prop), None)
 
     def _count(self, question: Question, value: str) -> None:
-        if not self.about or question.about not in self.about:
+        if question.about not in self.about:
             self.about.append(question.about)
         self.prompts += 1
         self.seconds += _reading(f"{question.context} {question.text}") + THINK
@@ -146,11 +143,6 @@ class SimulatedHuman:
         if value.startswith("is "):  # which one is meant is a prompt of its own, a name to type
             self.prompts += 1
             self.seconds += THINK + (len(value.removeprefix("is ")) + 1) * KEY
-
-
-def _agreed(question: Question) -> str:
-    """Yes to what is offered, such as steps that the goal needs; nothing else can be told."""
-    return YES if any(choice.value == YES for choice in question.choices) else LATER.value
 
 
 def _reading(text: str) -> float:

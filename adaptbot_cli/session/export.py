@@ -71,7 +71,7 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
 def _exported(
     plans: Sequence[tuple[Report, Outcome | None]], workspace: Workspace, kg: "Kg", form: str
 ) -> Exported:
-    from adaptbot_cli.adapters.export import FORMS, grounded, spellings
+    from adaptbot_cli.adapters.plan_forms import FORMS, grounded, spellings
 
     unmet = [f for _, outcome in plans if outcome for f in outcome.unmet]
     findings = tuple(dict.fromkeys((*(f for r, _ in plans for f in r.findings), *unmet)))

@@ -11,7 +11,7 @@ import pyoxigraph
 import pytest
 from rdflib import Graph
 
-from adaptbot_cli.adapters.export import spellings
+from adaptbot_cli.adapters.plan_forms import spellings
 from tests.cli.command import ROOT, Home
 from tests.cli.shape import misfits
 

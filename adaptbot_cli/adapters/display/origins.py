@@ -132,7 +132,7 @@ def _answers(chapter: Chapter) -> Iterable[tuple[Text, ...]]:
 
 
 def _likely(reason: str) -> Text:
-    """Say that a likely answer was taken as it stood: nobody said so in their own words."""
+    """A note that a likely answer was accepted as it stood."""
     return cell(f"  accepted suggestion, {reason}", "yellow") if reason else Text()
 
 
@@ -160,7 +160,7 @@ def why(
     explained = {subject for subject, predicate, _ in facts if predicate == AB.explain}
     for triple, origin in facts.items():
         if triple[0] in parts_told or (triple[1] == AB.effect and triple[0] in explained):
-            continue  # told with the action, in words
+            continue  # shown with the action, in words
         by_origin.setdefault(origin, []).append(triple)
     ordered = sorted(by_origin, key=lambda origin: (origin.when, origin.answer), reverse=True)
     parts: list[RenderableType] = [cell(name, "bold")]

@@ -175,7 +175,7 @@ def _findings(findings: Iterable[Finding]) -> Table:
 
 
 def _merged(findings: Iterable[Finding]) -> list[tuple[Finding, list[int]]]:
-    """Findings that say the same of several steps as one, with the numbers of the steps."""
+    """Findings of several steps with one message as one, with the numbers of the steps."""
     merged: dict[tuple[str, str], tuple[Finding, list[int]]] = {}
     for finding in findings:
         _, places = merged.setdefault((finding.code, finding.message), (finding, []))
@@ -202,6 +202,6 @@ def _sentence(finding: Finding) -> Text:
 
 
 def _options(finding: Finding) -> list[str]:
-    """The names that would do, unless the sentence says them."""
+    """The names that would do, unless the sentence has them."""
     said_already = {*re.findall(r"\w+", finding.message)}
     return [] if said_already & {*finding.candidates} else list(finding.candidates)

@@ -1,14 +1,15 @@
 """Progress lines as pictures: for the terminal, as SVG, as a Mermaid flowchart."""
 
 import io
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import groupby
 
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from adaptbot_cli.adapters.display.cells import plain_text
 from adaptbot_cli.core.progress import Event, Progress, ProgressLine
 from adaptbot_cli.core.visible import visible
 
@@ -69,7 +70,7 @@ def _nodes(prefix: str, line: ProgressLine, calls: dict[int, str]) -> Iterator[s
     moved = set()
     for event in line.events:
         # A line that begins with + or − would be a list to Mermaid.
-        words = _phrase(event).replace("+ ", "with ", 1).replace("− ", "without ", 1)
+        words = _phrase(event).plain.replace("+ ", "with ", 1).replace("− ", "without ", 1)
         steps.setdefault(event.step, []).append(words)
         moved |= {event.step} if event.kind == "place" else set()
     yield f"{prefix}0([{_quoted(line.start or line.kind)}])"
@@ -82,11 +83,11 @@ def _nodes(prefix: str, line: ProgressLine, calls: dict[int, str]) -> Iterator[s
 
 def _quoted(*lines: str) -> str:
     """Return quoted text; what Mermaid or HTML would read as more than text is an entity code."""
-    return '"' + "<br/>".join(map(_escaped, lines)) + '"'
-
-
-def _escaped(text: str) -> str:
-    return "".join(c if c.isalnum() or c in " _-,:()" else f"#{ord(c)};" for c in visible(text))
+    texts = (
+        "".join(c if c.isalnum() or c in " _-,:()" else f"#{ord(c)};" for c in visible(line))
+        for line in lines
+    )
+    return f'"{"<br/>".join(texts)}"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,17 +113,16 @@ def _title(progress: Progress) -> Text:
 
 
 def _styles(progress: Progress) -> dict[str, str]:
-    """A colour for each place, the same wherever it appears."""
-    named = enumerate(_places(progress))
-    return {place: _COLOURS[number % len(_COLOURS)] for number, place in named}
+    """A colour for each place, hands left out, the same wherever it appears."""
+    stays = (place for line in progress.lines for place, _, _ in _stays(line, progress))
+    places = (place for place in dict.fromkeys(stays) if place not in progress.hands)
+    return dict(zip(places, itertools.cycle(_COLOURS), strict=False))
 
 
 def _name(line: ProgressLine, styles: dict[str, str], longest: int) -> Text:
     """A thing's name; one that is a place has its colour."""
-    name = visible(line.name)
-    text = Text(name, f"bold {styles.get(name, '')}".strip())
-    text.truncate(longest, overflow="ellipsis")
-    return text
+    style = styles.get(visible(line.name), "")
+    return plain_text(line.name, f"bold {style}".strip(), longest)
 
 
 def _chart(progress: Progress, names: int, grid: _Columns) -> Table:
@@ -140,16 +140,14 @@ def _chart(progress: Progress, names: int, grid: _Columns) -> Table:
 
 def _bar(line: ProgressLine, progress: Progress, styles: dict[str, str], grid: _Columns) -> Text:
     bar = Text()
-    for span in _spans(line, progress):
-        bar.append(" " * (grid.x(span.start) - bar.cell_len))
-        size = grid.x(span.end) - grid.x(span.start)
-        if span.place in progress.hands:
+    for place, start, end in _stays(line, progress):
+        bar.append(" " * (grid.x(start) - bar.cell_len))
+        size = grid.x(end) - grid.x(start)
+        if place in progress.hands:
             bar.append("┄" * size, "dim")
         else:
-            label = Text(span.place)
-            label.truncate(size, overflow="ellipsis")
+            label = plain_text(place, styles[place], size)
             label.append(f" {'━' * (size - label.cell_len - 1)}" if label.cell_len < size else "")
-            label.stylize(styles[span.place])
             bar.append_text(label)
     return bar
 
@@ -162,9 +160,9 @@ def _marks(line: ProgressLine, progress: Progress, grid: _Columns) -> list[Text]
     for event in line.events:
         if event.kind == "place":
             continue
-        text, x = Text(f"╵{_phrase(event)}", _style(event)), grid.x(at[event.step])
+        text, x = Text("╵") + _phrase(event), grid.x(at[event.step])
         if x + text.cell_len > end:  # no room to the right: written to the left of its step
-            text = Text(f"{_phrase(event)}╵", _style(event))
+            text = _phrase(event) + Text("╵")
             x = max(x + 1 - text.cell_len, 0)
             text.truncate(end, overflow="ellipsis")
         row = next((row for row in rows if row.cell_len < x), None)
@@ -174,12 +172,6 @@ def _marks(line: ProgressLine, progress: Progress, grid: _Columns) -> list[Text]
         row.append(" " * (x - row.cell_len))
         row.append_text(text)
     return rows
-
-
-def _style(event: Event) -> str:
-    if event.kind == "state":
-        return "bold" if not event.of else ""
-    return "dim"
 
 
 def _steps(progress: Progress, width: int) -> RenderableType:
@@ -222,12 +214,12 @@ def _stations(line: ProgressLine, progress: Progress, styles: dict[str, str]) ->
     if start:
         yield Text(start, styles.get(start, ""))
     last = max((event.step for event in line.events if event.kind == "place"), default=0)
-    for step, events in groupby(line.events, key=lambda event: event.step):
+    for step, events in itertools.groupby(line.events, key=lambda event: event.step):
         parts: list[Text] = []
         for event in events:
             place = visible(event.what[0])
             if event.kind != "place":
-                parts.append(Text(_phrase(event), _style(event)))
+                parts.append(_phrase(event))
             elif place not in progress.hands:
                 parts.append(Text.assemble("→ ", (place, styles.get(place, ""))))
             elif step == last:  # it is still in the hand
@@ -236,50 +228,36 @@ def _stations(line: ProgressLine, progress: Progress, styles: dict[str, str]) ->
             yield Text.assemble((f"{step} ", "dim"), Text(", ").join(parts))
 
 
-@dataclass(frozen=True, slots=True)
-class _Span:
-    """A stay of a thing at one place, from one column to before another; column 0 is the start."""
-
-    place: str
-    start: int
-    end: int
-
-
 def _columns(progress: Progress) -> dict[int, int]:
     """Return the column of each step that was taken, from 1."""
     return {number: at for at, (number, _) in enumerate(progress.steps, start=1)}
 
 
-def _spans(line: ProgressLine, progress: Progress) -> Iterator[_Span]:
-    """Give the stays of a thing in order; a place that is not known gives none."""
+def _stays(line: ProgressLine, progress: Progress) -> Iterator[tuple[str, int, int]]:
+    """Give the stays of a thing in order: place, first column (0 is the start), and the one after
+    the last; a place that is not known gives none."""
     at = _columns(progress)
     place, start = line.start, 0
     for event in line.events:
         if event.kind == "place":
             if place:
-                yield _Span(visible(place), start, at[event.step])
+                yield visible(place), start, at[event.step]
             place, start = event.what[0], at[event.step]
     if place:
-        yield _Span(visible(place), start, len(at) + 1)
+        yield visible(place), start, len(at) + 1
 
 
-def _phrase(event: Event) -> str:
-    """Say an event in a few words; a change of place is no phrase but a new span."""
-    what = visible(", ".join(event.what))
+def _phrase(event: Event) -> Text:
+    """Say an event in a few words; a change of place is no phrase but a new stay."""
+    what, of = visible(", ".join(event.what)), visible(event.of)
     match event.kind:
         case "with" | "gained":
-            return f"+ {what}"
+            return Text(f"+ {what}", "dim")
         case "lost":
-            return f"− {what}"
+            return Text(f"− {what}", "dim")
         case "carried":
-            return f"in {visible(event.of)} to {what}"
-        case "state" if event.of:
-            return f"{visible(event.of)}: {what}"
+            return Text(f"in {of} to {what}", "dim")
+        case "state":
+            return Text(f"{of}: {what}") if of else Text(what, "bold")
         case _:
-            return what
-
-
-def _places(progress: Progress) -> list[str]:
-    """Return the places of all spans in the order in which they appear, the hands left out."""
-    found = (span.place for line in progress.lines for span in _spans(line, progress))
-    return [place for place in dict.fromkeys(found) if place not in progress.hands]
+            return Text(what, "dim")

@@ -15,11 +15,11 @@ from adaptbot_cli.adapters.display.cells import (
     PASSING,
     WARNING,
     Mark,
+    cell,
     count,
     hanging,
     joined,
     noted,
-    plain_text,
 )
 from adaptbot_cli.adapters.display.diff import diff_table
 from adaptbot_cli.adapters.display.plan_table import plan_table, summary
@@ -93,7 +93,7 @@ class Screen:
     def replied(self, turn: Turn, reply: object) -> None:
         """Show what came of a turn."""
         if isinstance(turn, Understood):
-            doubtful = bool(turn.reading.doubts) or not turn.reading.tasks
+            doubtful = turn.reading.doubts or not turn.reading.tasks
             self._note(WARNING if doubtful else PASSING, f"understood: {turn.reading.line}")
         elif isinstance(turn, Checked):
             self._report = turn.report
@@ -107,9 +107,12 @@ class Screen:
         elif isinstance(turn, Learned):
             self._note(GOOD, f"noted: {turn.lesson.sentence}")
         elif isinstance(turn, Executed):
-            self._executed(turn)
+            self._note(*_execution(turn))
         elif isinstance(turn, Begin):
-            self._begun()
+            self._gap()
+            how = cell(f" ({self.how})" if self.how else "", "dim")
+            self.console.print(cell(f"acting in {self.world}", "bold") + how)
+            self._last = None
             self._odd(reply)
         elif isinstance(turn, Act) and isinstance(reply, Seen):
             call = f"{turn.number:>2} {turn.step.call.render()}"
@@ -132,7 +135,7 @@ class Screen:
         for run in result.runs or (result,):
             self._gap()
             if result.runs:
-                self.console.print(plain_text(run.report.task.name, "bold", 300))
+                self.console.print(cell(run.report.task.name, "bold"))
             self.console.print(_both(run, self.kg, self.console))
             self.console.print()
             self.console.print(noted(*verdict(run), "bold"))
@@ -160,38 +163,30 @@ class Screen:
             self.console.print()
         self._last = Text()
 
-    def _executed(self, turn: Executed) -> None:
-        outcome = turn.outcome
-        where = "rehearsed on a copy of the state"
-        if any(step.done for step in turn.report.steps):
-            where = "carried out"
-        if outcome.error is not None:
-            step = f" at step {outcome.error.step}" if outcome.error.step is not None else ""
-            self._note(BAD, f"execution stopped{step}: {outcome.error.message}")
-        elif outcome.unmet:
-            unmet = count(len(outcome.unmet), "condition")
-            self._note(WARNING, f"{where}: the goal is not met ({unmet})")
-        else:
-            self._note(GOOD, f"{where}: goal met")
-
-    def _begun(self) -> None:
-        self._gap()
-        how = f" ({self.how})" if self.how else ""
-        self.console.print(
-            plain_text(f"acting in {self.world}", "bold", 300) + plain_text(how, "dim", 300)
-        )
-        self._last = None
-
     def _odd(self, seen: object) -> None:
         for sentence in seen.odd if isinstance(seen, Seen) else ():
             self._note(WARNING, f"left out of the world's answer: {sentence}")
 
     def _note(self, mark: Mark, text: str) -> None:
-        """Print a line, unless it says what the line before says."""
+        """Print a line, unless it repeats the line before."""
         line = noted(mark, text, "dim" if mark is PASSING else "")
         if line != self._last:
             self.console.print(hanging(line))
         self._last = line
+
+
+def _execution(turn: Executed) -> tuple[Mark, str]:
+    """Return how far a plan came, in words, with its mark."""
+    outcome, where = turn.outcome, "rehearsed on a copy of the state"
+    if any(step.done for step in turn.report.steps):
+        where = "carried out"
+    if outcome.error is not None:
+        step = f" at step {outcome.error.step}" if outcome.error.step is not None else ""
+        return BAD, f"execution stopped{step}: {outcome.error.message}"
+    if outcome.unmet:
+        unmet = count(len(outcome.unmet), "condition")
+        return WARNING, f"{where}: the goal is not met ({unmet})"
+    return GOOD, f"{where}: goal met"
 
 
 def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
@@ -215,8 +210,8 @@ def _both(result: Result, kg: Kg, console: Console) -> RenderableType:
     right = changes(right_width)
     left_width = width - right_width - _BETWEEN
     table = Table.grid(padding=(0, _BETWEEN, 0, 0), pad_edge=False)
-    table.add_column(width=left_width)
-    table.add_column(width=right_width)
+    for width in (left_width, right_width):
+        table.add_column(width=width)
     table.add_row(plan_table(report, left_width, also), right)
     return table
 

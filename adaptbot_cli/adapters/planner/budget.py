@@ -1,12 +1,14 @@
 """How a model is asked, and what one run may spend on it: tokens, money, seconds of waiting."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from adaptbot_cli.errors import ModelError
 
 SECONDS = 300.0
-"""How long the model of one run may take, all its answers together, unless it is said."""
+"""How long the model of one run may take, all its answers together, by default."""
 
 SILENCE = 120.0
 """How many seconds may pass between two pieces of an answer."""
@@ -80,13 +82,14 @@ class Budget:
     waited: float = 0.0
     _since: float | None = None
 
-    def start(self) -> None:
-        """Begin to wait for the model."""
+    @contextmanager
+    def waiting(self) -> Iterator[None]:
+        """Count the time in which the model is waited for."""
         self._since = time.monotonic()
-
-    def stop(self) -> None:
-        """End the waiting."""
-        self.waited, self._since = self.limits.seconds - self.seconds_left, None
+        try:
+            yield
+        finally:
+            self.waited, self._since = self.limits.seconds - self.seconds_left, None
 
     @property
     def seconds_left(self) -> float:
@@ -112,8 +115,7 @@ class Budget:
         """
         rooms = []
         if self.limits.tokens is not None:
-            left = self.limits.tokens - self.spent.tokens
-            rooms.append(left - prompt)
+            rooms.append(self.limits.tokens - self.spent.tokens - prompt)
             if rooms[-1] < _LEAST:
                 raise ModelError(
                     f"The token budget is used up: {self.spent.tokens} of {self.limits.tokens} are "

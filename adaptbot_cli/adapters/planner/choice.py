@@ -1,4 +1,4 @@
-"""Which model plans: what is said, what is configured, what is found, else the plan library."""
+"""Which model plans: named, configured, or found on this machine; else the plan library."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ def choose(
     --api-base names, a provider's key, Ollama, the model on board, the plan library.
 
     Raises:
-        UsageError: --api-base is no address of the web, or names a server that tells no model.
+        UsageError: --api-base is no address of the web, or that of a server that lists no model.
     """
     for address in (api_base, settings.get("api_base")):
         if address and not str(address).startswith(("http://", "https://")):
@@ -58,53 +58,40 @@ def choose(
         (settings.get("model"), "adaptbot.toml"),
         (environ.get("ADAPTBOT_MODEL"), "ADAPTBOT_MODEL"),
     )
-    for name, where in found:
-        if name:
-            return _named(str(name), f"from {where}", settings, environ, api_base)
-    base = api_base or settings.get("api_base")
-    return _served(base) if base else _found(environ)
-
-
-def _named(
-    name: str,
-    why: str,
-    settings: Mapping[str, Any],
-    environ: Mapping[str, str],
-    api_base: str | None,
-) -> Chosen:
-    """A model that is named. Addresses that are only configured are those of OpenAI's kind."""
-    if name == LIBRARY:
-        return Chosen(None, why)
-    if local.on_board(name):
-        return Chosen(name, why)
-    base = api_base
-    if base is None and (name.startswith("openai/") or "/" not in name):
-        configured = settings.get("api_base")
-        variables = (environ.get("OPENAI_BASE_URL"), environ.get("OPENAI_API_BASE"))
-        base = configured or next((address for address in variables if address), None)
-    if base and "/" not in name and ":" not in name:
+    configured = settings.get("api_base")
+    name, where = next(((str(name), where) for name, where in found if name), ("", ""))
+    if not name:
+        base = api_base or configured
+        return _served(base) if base else _found(environ)
+    if name == LIBRARY or local.on_board(name):
+        return Chosen(None if name == LIBRARY else name, f"from {where}")
+    # An address that is only configured is one of OpenAI's kind.
+    if api_base is None and (name.startswith("openai/") or "/" not in name):
+        api_base = configured or _openai_base(environ)
+    if api_base and "/" not in name and ":" not in name:
         name = f"openai/{name}"
-    return Chosen(name, why, base)
+    return Chosen(name, f"from {where}", api_base)
+
+
+def _openai_base(environ: Mapping[str, str]) -> str | None:
+    return environ.get("OPENAI_BASE_URL") or environ.get("OPENAI_API_BASE") or None
 
 
 def _served(base: str) -> Chosen:
     """The first model of an OpenAI-compatible server."""
     from adaptbot_cli.adapters.planner.servers import served
 
-    names = served(base)
-    if not names:
-        raise UsageError(
-            "the server at the API base tells no model: start it, or name one with --model "
-            "openai/NAME"
-        )
-    return Chosen(f"openai/{names[0]}", "the first model of the server at the API base", base)
+    for name in served(base):
+        return Chosen(f"openai/{name}", "the first model of the server at the API base", base)
+    cure = "start it, or name one with --model openai/NAME"
+    raise UsageError(f"the server at the API base tells no model: {cure}")
 
 
 def _found(environ: Mapping[str, str]) -> Chosen:
     for key, model in KEYS:
         if environ.get(key):
-            base = environ.get("OPENAI_BASE_URL") or environ.get("OPENAI_API_BASE")
-            return Chosen(model, f"{key} is set", base if key == "OPENAI_API_KEY" else None)
+            base = _openai_base(environ) if key == "OPENAI_API_KEY" else None
+            return Chosen(model, f"{key} is set", base)
     from adaptbot_cli.adapters.planner.servers import ollama
 
     server = ollama(environ)

@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from urllib.request import getproxies
 
-from adaptbot_cli.adapters.planner.answer import LONGEST, TooLong, TooSlow
 from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.planner.servers import is_here
+from adaptbot_cli.adapters.planner.streamed import LONGEST, TooLong, TooSlow
 from adaptbot_cli.core.names import sentence_list
 
 WITHOUT_MODEL = "`--model library` plans without a model."
@@ -21,28 +21,25 @@ _NETWORK = ("ConnectError", "ConnectTimeout", "ReadError", "RemoteProtocolError"
             "ProxyError", "ReadTimeout", "ConnectionError")  # fmt: skip
 _NO_HOST = ("name or service not known", "nodename nor servname", "getaddrinfo",
             "temporary failure in name resolution", "no address associated")  # fmt: skip
+_USED_UP = ("insufficient_quota", "exceeded your current quota")
+_NO_CREDIT = "the account has no credit"
 
 
+@dataclass(eq=False)
 class Failure(Exception):
-    """Why an answer failed; `again`: another try may help, after `wait` seconds if that is told;
+    """Why an answer failed; `again`: another try may help, after `wait` seconds if they are known;
     `slow`: it took too long; `refused`: the request itself was wrong."""
 
-    def __init__(
-        self,
-        why: str,
-        again: bool = False,
-        wait: float | None = None,
-        slow: bool = False,
-        refused: bool = False,
-    ) -> None:
-        super().__init__(why)
-        self.why, self.again, self.wait, self.slow = why, again, wait, slow
-        self.refused = refused
+    why: str
+    again: bool = False
+    wait: float | None = None
+    slow: bool = False
+    refused: bool = False
 
 
 class BrokenOff(Failure):
     """The answer began and ended without saying that it was whole: by a clean end, a lost
-    connection or an error in the stream. Which of these it was, litellm tells differently from
+    connection or an error in the stream. Which of these it was, litellm reports differently from
     release to release, and it makes no difference to what can be done."""
 
     def __init__(self) -> None:
@@ -51,7 +48,7 @@ class BrokenOff(Failure):
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """Which model was called: its name, where if that is known, and what must not be told."""
+    """Which model was called: its name, its address if known, and what must not be shown."""
 
     model: str
     address: str | None
@@ -63,14 +60,14 @@ class Called:
 
     @property
     def place(self) -> str:
-        """Where the model is, as a person may be told."""
+        """Where the model is, as it may be shown."""
         return self.secrets.detail(self.address) if self.address else "its provider"
 
 
 def failure(
     error: BaseException, called: Called, known: Callable[[], Iterable[str]], begun: bool = False
 ) -> Failure:
-    """Return what an error of litellm's or of the reading means; `known` tells models' names,
+    """Return what an error of litellm's or of the reading means; `known` returns models' names,
     `begun` whether a part of the answer had arrived before it."""
     if isinstance(error, Failure):
         return error
@@ -89,15 +86,15 @@ def failure(
     text = _REFUSALS.get(kind) or _STATUSES.get(status or 0)
     if text is not None:
         return Failure(text.format(detail=_quoted(error, called)), refused=kind in _ABOUT_THE_FORM)
-    if kind == "RateLimitError" and not _used_up(error):
-        return Failure("it is limiting requests (429)", True, _retry_after(error))
     if kind == "RateLimitError":
-        return Failure("the account has no credit or quota left; see the provider's billing page")
+        if any(text in str(error) for text in _USED_UP):
+            return Failure(f"{_NO_CREDIT} or quota left; see the provider's billing page")
+        return Failure("it is limiting requests (429)", True, _retry_after(error))
     failed = isinstance(status, int) and status >= 500
     if begun and (failed or _is_network(error, causes)):
         return BrokenOff()
     if _is_network(error, causes):
-        return Failure(_unreachable(causes, called), again=not _nobody_there(causes))
+        return _unreachable(causes, called)
     if failed:
         shown = "" if kind == "APIConnectionError" else f" ({status})"
         return Failure(f"{called.place} failed{shown}", True, _retry_after(error))
@@ -121,7 +118,7 @@ _ABOUT_THE_FORM = ("BadRequestError", "UnprocessableEntityError", "UnsupportedPa
 
 _STATUSES = {
     401: _REFUSALS["AuthenticationError"],
-    402: "the account has no credit left; see the provider's billing page",
+    402: f"{_NO_CREDIT} left; see the provider's billing page",
     403: _REFUSALS["PermissionDeniedError"],
 }
 
@@ -161,10 +158,6 @@ def _quoted(error: BaseException, called: Called) -> str:
     return f' ("{called.secrets.detail(words)}")' if words else ""
 
 
-def _used_up(error: BaseException) -> bool:
-    return "insufficient_quota" in str(error) or "exceeded your current quota" in str(error)
-
-
 def _retry_after(error: BaseException) -> float | None:
     """How many seconds the provider asks to wait: given as such, or as a date."""
     response = getattr(error, "response", None)
@@ -184,19 +177,16 @@ def _is_network(error: BaseException, causes: list[BaseException]) -> bool:
     return found or "Connection error" in str(error)
 
 
-def _nobody_there(causes: Iterable[BaseException]) -> bool:
-    """Whether another try is in vain: nothing listens there, or the host has no address."""
-    wording = " ".join(str(cause).lower() for cause in causes)
-    return "connection refused" in wording or any(text in wording for text in _NO_HOST)
-
-
-def _unreachable(causes: list[BaseException], called: Called) -> str:
+def _unreachable(causes: Iterable[BaseException], called: Called) -> Failure:
+    """What a lost connection means; another try is in vain where nobody is there."""
     wording = " ".join(str(cause).lower() for cause in causes)
     if "connection refused" in wording and is_here(called.address or ""):
-        return f"nothing listens at {called.place}; start the server, or correct --api-base"
+        return Failure(
+            f"nothing listens at {called.place}; start the server, or correct --api-base"
+        )
     if "connection refused" in wording:
         or_proxy = ", or the proxy that HTTP_PROXY or HTTPS_PROXY names" if getproxies() else ""
-        return f"{called.place}{or_proxy} refused the connection"
+        return Failure(f"{called.place}{or_proxy} refused the connection")
     if any(text in wording for text in _NO_HOST):
-        return f"no network, or no such host: {called.place} cannot be found"
-    return f"the connection to {called.place} was lost"
+        return Failure(f"no network, or no such host: {called.place} cannot be found")
+    return Failure(f"the connection to {called.place} was lost", again=True)

@@ -70,7 +70,7 @@ class Form:
 
 def _call(action: Action) -> str:
     """The calls of one action. Its optional parameters are left to the checks, except where only
-    they say what is meant: the state of a switch."""
+    they carry the meaning: the state of a switch."""
     needed = len(action.required)
     shown = [p for i, p in enumerate(action.visible) if i < needed or p.default or p.datatype]
     rest: list[str] = []

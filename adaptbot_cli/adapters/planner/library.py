@@ -140,7 +140,7 @@ _JINJA = _Sandbox(
 _JINJA.globals = {"namespace": Namespace}
 
 _A_SLIP = 0.75
-"""How like a task's name what was said must be, to be asked about."""
+"""How similar a request must be to a task's name to be asked about."""
 
 _NAMED = re.compile(r"\"([^\"]*)\"")
 """A name in a line of a plan, as templates write it."""
@@ -203,7 +203,7 @@ def names_in(*folders: Path) -> list[str]:
     """Return the names that the plans of some folders serve; none if one of them has faults."""
     try:
         return [name for plan in read_library(*folders) for name in plan.names]
-    except PackError:  # told when a plan is wanted
+    except PackError:  # raised again when a plan is wanted
         return []
 
 
@@ -285,7 +285,7 @@ def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan
 def _serves(folders: tuple[Path, ...], task: str) -> bool:
     try:
         return nearest_plan(task, read_library(*folders)) is not None
-    except PackError:  # told when that domain is used
+    except PackError:  # raised again when that domain is used
         return False
 
 
@@ -310,7 +310,7 @@ class Library:
     name: str = "plan library"
 
     def propose(self, turn: Propose) -> Proposal:
-        """Return the nearest plan's text; asked for another one, say that there is none.
+        """Return the nearest plan's text; for a re-prompt the last plan, with why it stays.
 
         Raises:
             ModelError: nothing in the library is near the task.

@@ -106,7 +106,7 @@ class Board:
 
     @property
     def name(self) -> str:
-        """How the model is called: it says which, not where it lies."""
+        """How the model is called: which it is, not where it lies."""
         return f"{NAME}/{self.file.stem}"
 
     def asking(self, how: Asking) -> Asking:
@@ -155,15 +155,11 @@ class Board:
 
         how = self.asking(Asking())
         asked = {"prompt": _SAMPLE, "max_tokens": 24, "temperature": 0, "stream": True}
-        came = [time.monotonic()]
+        key = {"Authorization": f"Bearer {how.api_key}"}
+        address, came = f"{how.api_base}/completions", [time.monotonic()]
         try:
             with httpx.stream(
-                "POST",
-                f"{how.api_base}/completions",
-                json=asked,
-                headers={"Authorization": f"Bearer {how.api_key}"},
-                timeout=120,
-                trust_env=False,
+                "POST", address, json=asked, headers=key, timeout=120, trust_env=False
             ) as answer:
                 for line in answer.iter_lines():
                     if line.startswith("data: {") and json.loads(line[6:]).get("choices"):
@@ -176,10 +172,8 @@ class Board:
         tokens = len(_SAMPLE.split())
         reads, writes = tokens / (came[1] - came[0]), (len(came) - 2) / (came[-1] - came[1])
         seconds = _PROMPT / reads + _PLAN / writes
-        return (
-            f"reads {reads:.0f} and writes {writes:.0f} tokens a second: a plan takes about "
-            f"{seconds:.0f} s"
-        )
+        speed = f"reads {reads:.0f} and writes {writes:.0f} tokens a second"
+        return f"{speed}: a plan takes about {seconds:.0f} s"
 
 
 def _cause(code: int) -> str:
@@ -197,7 +191,7 @@ def _check_memory(file: Path) -> None:
     needed = file.stat().st_size + _OVERHEAD
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-    except OSError:  # not told as Linux does
+    except OSError:  # another system than Linux
         return
     text = next((line.split()[1] for line in lines if line.startswith("MemAvailable:")), None)
     free = needed if text is None else int(text) * 1024

@@ -1,13 +1,12 @@
 """A language model as planner, through litellm."""
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, astuple, dataclass, field, replace
 from typing import Any, Protocol
 
 from adaptbot_cli.adapters.planner import local, provider
-from adaptbot_cli.adapters.planner.answer import PartialAnswer, plan_text, read, split
 from adaptbot_cli.adapters.planner.budget import SILENCE, Asking, Budget, Spent
 from adaptbot_cli.adapters.planner.failures import (
     WITHOUT_MODEL,
@@ -21,6 +20,7 @@ from adaptbot_cli.adapters.planner.local import Board
 from adaptbot_cli.adapters.planner.prompts import Message, Prompts
 from adaptbot_cli.adapters.planner.provider import Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
+from adaptbot_cli.adapters.planner.streamed import PartialAnswer, plan_text, read, split
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError
 
@@ -43,20 +43,19 @@ class Watcher(Protocol):
         ...
 
     def tell(self, sentence: str) -> None:
-        """Show what is worth knowing about the answer."""
+        """Show a remark on the answer."""
         ...
 
 
 class Unwatched:
     """Shows nothing."""
 
-    @contextmanager
-    def answering(self) -> Iterator[Show]:
+    def answering(self) -> AbstractContextManager[Show]:
         """Take the text to nowhere."""
-        yield lambda text, reasoning: None
+        return nullcontext(lambda text, reasoning: None)
 
     def tell(self, sentence: str) -> None:
-        """Say nothing."""
+        """Show nothing."""
 
 
 @dataclass(slots=True)
@@ -92,14 +91,12 @@ class Model:
         messages = self.prompts.messages(turn)
         model, called = self._reached(litellm, self.prompts.form(turn))
         before = len(self.budget.answers)
-        self.budget.start()
         try:
-            reasoning, text = self._tried(model, called, messages)
+            with self.budget.waiting():
+                reasoning, text = self._tried(model, called, messages)
         except ModelError as error:
             error.spent = astuple(sum(self.budget.answers[before:], start=Spent()))
             raise
-        finally:
-            self.budget.stop()
         prompt = f"{self.prompts.style} {self.prompts.hash(turn)}"
         spent = sum(self.budget.answers[before:], start=Spent())
         proposal = Proposal(text, reasoning=reasoning, prompt=prompt)
@@ -121,7 +118,7 @@ class Model:
             out_of_time = self.budget.seconds_left <= 0
             if written and (isinstance(failed, BrokenOff) or failed.slow):
                 before, unfinished = unfinished, written
-                # Some servers never say that an answer is whole: then it is the same once more.
+                # Some servers never mark an answer as whole: then it is the same once more.
                 if unfinished == before or number == TRIES or out_of_time:
                     why = "the time is up (--timeout)" if out_of_time else failed.why
                     self.watcher.tell(f"{why}: the plan is used as far as it was written")
@@ -159,7 +156,7 @@ class Model:
         return self.budget.room(model.tokens(messages), price)
 
     def _wait(self, called: Called, failed: Failure, number: int) -> None:
-        """Wait before the next try, and say so. Raises ModelError if that is too long."""
+        """Wait before the next try, and report it. Raises ModelError if that is too long."""
         seconds = self.first_wait * 2 ** (number - 1) if failed.wait is None else failed.wait
         left = self.budget.seconds_left
         if seconds >= left:
@@ -211,7 +208,7 @@ class Model:
         return self.secrets.cut(message), self.secrets.cut(plan)
 
     def _judge(self, answer: PartialAnswer, text: str, reasoning: str) -> None:
-        """Raise Failure for an answer that is none; say what is odd about one that is."""
+        """Raise Failure for an answer without a plan; report what is odd about one with a plan."""
         if answer.ended == "content_filter":
             raise Failure("the provider refused the content")
         if answer.ended == "length" and not text:

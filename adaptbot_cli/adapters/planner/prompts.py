@@ -48,7 +48,7 @@ MOST_ITEMS = 4
 """Of how many ingredients the example is made at most: it shows the form."""
 
 MOST_FINDINGS = 12
-"""How many findings a re-prompt tells of the last plan."""
+"""How many findings of the last plan a re-prompt lists."""
 
 _NEAR = 3
 """How many plans of the library are looked into for what a task may need."""
@@ -68,7 +68,7 @@ _HEADINGS = (
     ("E5", "The plan does not reach its goal"),
     ("", "This cannot be done here"),
 )
-"""What kinds of findings a re-prompt tells apart, by the codes that they begin with."""
+"""The headings of findings in a re-prompt, by the codes that they begin with."""
 
 Message = dict[str, str]
 
@@ -133,12 +133,12 @@ class Prompts:
         return Form(tuple(actions), self.style == "cot", self.style == "schema")
 
     def hash(self, turn: Propose) -> str:
-        """Return what tells this prompt from others: a digest of its messages."""
+        """Return a digest of the messages of a prompt."""
         text = json.dumps(self.messages(turn), ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def again(self, turn: Propose) -> str:
-        """Return what is said after a plan that has findings."""
+        """Return the message that asks for a better plan."""
         wrong: dict[str, dict[str, None]] = {heading: {} for _, heading in _HEADINGS}
         for finding in turn.findings[:MOST_FINDINGS]:
             heading = next(h for code, h in _HEADINGS if finding.code.startswith(code))
@@ -219,7 +219,7 @@ class Prompts:
 
     @cached_property
     def _states(self) -> frozenset[URIRef]:
-        """The predicates that say how a thing is, not where."""
+        """The predicates of a state, places left out."""
         found = self.kg.domain.properties.values()
         return frozenset(p.iri for p in found if p.range not in self.kg.domain.kinds)
 
@@ -349,7 +349,7 @@ def _signatures(actions: Iterable[Action], explained: bool) -> list[str]:
     lines = []
     for (_, verb), members in families.items():
         line = ", ".join(map(_signature, members))
-        # An explanation that begins with the name says no more than the name.
+        # An explanation that begins with the name adds nothing to it.
         more = explained and verb != words(members[0].name)[0]
         lines.append(f"{line}: {members[0].explain}" if more else line)
     return lines

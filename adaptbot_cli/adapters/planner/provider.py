@@ -15,10 +15,10 @@ from urllib.request import getproxies
 
 import httpx
 
-from adaptbot_cli.adapters.planner.answer import PartialAnswer, TooLong
 from adaptbot_cli.adapters.planner.budget import Asking, Price, Spent
 from adaptbot_cli.adapters.planner.forms import Form
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
+from adaptbot_cli.adapters.planner.streamed import PartialAnswer, TooLong
 from adaptbot_cli.bounded import parse_json
 from adaptbot_cli.errors import ModelError
 
@@ -101,7 +101,7 @@ class _Stream(httpx.SyncByteStream):
 
 
 def _unpacked(stream: Iterable[bytes]) -> Iterator[bytes]:
-    """Unpack an answer a little at a time: its limit is that of what it says."""
+    """Unpack an answer a little at a time: the limit is on the unpacked text."""
     packed = zlib.decompressobj(wbits=47)
     for piece in stream:
         left = piece
@@ -190,8 +190,8 @@ class Provider:
         return [name for name in needed if "KEY" in name or "TOKEN" in name]
 
     def stream(self, messages: list[dict[str, str]], seconds: float, room: int | None) -> Any:
-        """Ask, and return litellm's stream. Its own retries are off: they would be neither said
-        nor counted, and cover no stream that breaks."""
+        """Ask, and return litellm's stream. Its own retries are off: they would be neither
+        reported nor counted, and cover no stream that breaks."""
         most = min(filter(None, (room, self.asking.most_tokens)), default=None)
         own: dict[str, Any] = {"api_base": self.asking.api_base} if self.asking.api_base else {}
         keyless = self.model.startswith("openai/") and not os.environ.get("OPENAI_API_KEY")

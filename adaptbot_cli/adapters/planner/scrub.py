@@ -44,11 +44,8 @@ def secrets(environ: Mapping[str, str], *addresses: str | None) -> Secrets:
     found = {value.strip() for name, value in environ.items() if _NAMES.search(name)}
     for address in addresses:
         found |= set(_in_address(address or ""))
-    return Secrets(tuple(sorted({v for v in found if len(v) >= _SHORTEST}, key=_longest_first)))
-
-
-def _longest_first(value: str) -> tuple[int, str]:
-    return -len(value), value
+    values = {value for value in found if len(value) >= _SHORTEST}
+    return Secrets(tuple(sorted(values, key=lambda value: (-len(value), value))))
 
 
 def _in_address(address: str) -> Iterable[str]:

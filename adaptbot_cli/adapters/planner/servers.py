@@ -6,13 +6,7 @@ from dataclasses import dataclass
 from http.client import HTTPException
 from typing import Any
 from urllib.parse import urlsplit
-from urllib.request import (
-    HTTPRedirectHandler,
-    OpenerDirector,
-    ProxyHandler,
-    Request,
-    build_opener,
-)
+from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener
 
 from adaptbot_cli import bounded
 from adaptbot_cli.core.clock import EndlessError, within
@@ -21,7 +15,7 @@ from adaptbot_cli.errors import ModelError
 OLLAMA = "http://127.0.0.1:11434"
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _SECONDS = 0.3
-"""How long a server on this machine may take to say that it is there."""
+"""How long a server on this machine may take to answer."""
 
 _MOST_BYTES = 4_000_000
 _NO_PLANNERS = ("embed", "minilm", "bge-", "e5-", "rerank", "whisper", "clip", "ocr", "guard")
@@ -69,15 +63,13 @@ def _can_plan(model: Mapping[str, Any]) -> bool:
     name, details = str(model["name"]).lower(), model.get("details")
     details = details if isinstance(details, dict) else {}
     reply = details.get("families")
-    families = {
-        str(each) for each in (reply if isinstance(reply, list) else [details.get("family")])
-    }
+    families = set(map(str, reply if isinstance(reply, list) else [details.get("family")]))
     chats = not families or bool(families - _FAMILIES_WITHOUT_CHAT)
     return chats and not any(part in name for part in _NO_PLANNERS)
 
 
 def served(api_base: str, key: str | None = None) -> list[str]:
-    """Return the models of an OpenAI-compatible server, none if it does not tell."""
+    """Return the models of an OpenAI-compatible server, none if it does not list them."""
     found = _get(f"{api_base.rstrip('/')}/models", key or os.environ.get("OPENAI_API_KEY"), 2.0)
     data = found.get("data") if isinstance(found, dict) else None
     entries = data if isinstance(data, list) else []
@@ -89,7 +81,8 @@ def _get(address: str, key: str | None = None, seconds: float = _SECONDS) -> Any
 
     def answered() -> Any:
         request = Request(address, headers=headers)
-        with _opener(address).open(request, timeout=seconds) as answer:
+        straight = [ProxyHandler({})] if is_here(address) else []  # no proxy to this machine
+        with build_opener(_NoRedirect, *straight).open(request, timeout=seconds) as answer:
             return bounded.parse_json(answer.read(_MOST_BYTES), "its answer", ModelError)
 
     try:
@@ -111,8 +104,3 @@ def is_here(address: str) -> bool:
         return (urlsplit(address).hostname or "") in LOOPBACK
     except ValueError:
         return False
-
-
-def _opener(address: str) -> OpenerDirector:
-    """Go through no proxy to this machine, and nowhere that the server sends one."""
-    return build_opener(_NoRedirect, *([ProxyHandler({})] if is_here(address) else []))

@@ -55,8 +55,8 @@ def of_messages(model: str, messages: Iterable[dict[str, str]]) -> int:
 class Recorded:
     """Gives recorded answers: the first to the task, the n-th to the n-th re-prompt.
 
-    Past its end it asks `beyond`; where there is none it says its last answer again, as a model
-    at temperature 0 that has nothing better to say: a model call like any other. Tokens are those
+    Past its end it asks `beyond`; where there is none it repeats its last answer, as a model
+    at temperature 0 does that has no better one: a model call like any other. Tokens are those
     of the prompts that this program sends, or would have sent, and of the answers.
     """
 

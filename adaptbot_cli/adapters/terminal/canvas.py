@@ -1,6 +1,6 @@
 """Where prompts appear: one loop with one set of key handlers, or numbered lines where that is all.
 
-A `Menu` says what is drawn and what a key does. `ask` shows it at a terminal, drawn again at every
+A `Menu` has what is drawn and what a key does. `ask` shows it at a terminal, drawn again at every
 key and gone when it is answered; or, where the terminal can do no more than lines (`TERM=dumb`), or
 the person wants that (`ADAPTBOT_PLAIN=1`: a screen reader, a pipe), as numbered lines that are
 answered by a line.

@@ -24,8 +24,8 @@ _LABEL, _VALUE = 22, 16
 
 @dataclass(slots=True)
 class Entry:
-    """A question of the form: `value` as it is to be answered, why it is likely, and whether the
-    person has told it."""
+    """A question of the form: the `value` of its answer, the `reason` why it is likely, and whether
+    the person has `told` it."""
 
     question: Question
     needed: bool
@@ -133,7 +133,7 @@ class Form(Menu):
         return {row.question.key: row.accepted for row in self.entries if row.accepted}
 
     def told(self) -> dict[Key, str]:
-        """Return what the person has told so far, by question: likely answers are not told."""
+        """Return the answers that the person has given, by question; likely ones are left out."""
         rows = (row for row in self.entries if row.told and row.value and not row.kept)
         return {row.question.key: row.value for row in rows}
 

@@ -57,11 +57,11 @@ class AbsentHuman:
 class TerminalHuman:
     """The person at the terminal that `console` writes to; the keyboard is the terminal's as well.
 
-    Answers bear `by` and the time `now` says. Ctrl-C at a question or the review asks whether to
+    Answers bear `by` and the time from `now`. Ctrl-C at a question or the review asks whether to
     keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
     A form answers several questions at once: `told` are the answers to those still to come, also
     of a form that was left by Ctrl-C; `stopping` when they are all that is still to be had.
-    `first` tells of each line of a form the question that the form was shown for: going back to the
+    `first` maps each line of a form to the question that the form was shown for: going back to the
     line leads there, with the `cursor` at it; `corrected` are other lines that were changed then.
     `left_out` is what the last review left out, where a correction leads back to it. With `edits` a
     plan is offered for editing before it is executed, whatever is open; with `rejects` it may be
@@ -102,7 +102,7 @@ class TerminalHuman:
         return self._answer(question, choice)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
-        """Let the person tell what nothing needs, unless a form has asked for it already."""
+        """Ask for what nothing needs yet, unless a form has asked for it already."""
         about = questions[0].about
         if self.corrected:
             return (back(self.corrected.pop()),)
@@ -190,7 +190,7 @@ class TerminalHuman:
         return self.first.get(key, key)
 
     def _stop(self, question: Question) -> None:
-        """After Ctrl-C: keep what was told, and ask no more. Ctrl-C again gives up."""
+        """After Ctrl-C: keep the answers so far, and ask no more. Ctrl-C again gives up."""
         answered = any(a.value not in (LATER.value, UNKNOWN) for _, a in question.answered)
         if not (answered or self.told) or not self._agrees():
             raise KeyboardInterrupt
@@ -198,7 +198,7 @@ class TerminalHuman:
         self.stopping = True
 
     def _left(self, question: Question) -> Answer:
-        """Give what was told before Ctrl-C; nothing more is asked after the last of it."""
+        """Return an answer from before Ctrl-C; nothing more is asked after the last one."""
         value = self.told.pop(question.key, "")
         if question.spec.together:
             to_come = {other.key for other in (*question.together, *question.offered)}
@@ -229,7 +229,7 @@ class TerminalHuman:
         self.console.print(line)
 
     def _said(self, question: Question) -> Choice:
-        """What was said, as the value to keep and the words to show."""
+        """Ask a question; return the answer with the words to show."""
         from adaptbot_cli.adapters.terminal.form import answered_by_form
 
         if answered_by_form(question):
@@ -241,7 +241,7 @@ class TerminalHuman:
         if question.spec.entry == "line" or not question.choices:
             return self._line(question, first=True)
         if question.spec.entry == "list" or len(question.choices) > _MOST_BY_KEY:
-            return self._place(question, "back" if question.answered else "", first=True) or BACK
+            return self._pick(question, "back" if question.answered else "", first=True) or BACK
         return self._few(question)
 
     def _few(self, question: Question) -> Choice:
@@ -261,12 +261,12 @@ class TerminalHuman:
                 return value
             again = True
             text = _WHICH[value.value].format(question.about)
-            which = Question("place", question.about, text, further=question.known)
             known = tuple(Choice(name, name) for name in question.known)
-            name = self._pick(which, known, back="back")
+            which = Question("existence", "", text, choices=known, further=question.known)
+            name = self._pick(which, "back")
             if name is not None:
-                text = "it is" if value.value == SAME else "this time only:"
-                return Choice(f"{value.value} {name.value}", f"{text} {title(name.label)}")
+                lead = "it is" if value.value == SAME else "this time only:"
+                return Choice(f"{value.value} {name.value}", f"{lead} {name.label}")
 
     def _fill(self, needed: Sequence[Question], offered: Sequence[Question]) -> bool | None:
         """Have a form filled in; None if the person goes back."""
@@ -274,7 +274,10 @@ class TerminalHuman:
 
         form = Form.of(needed, offered, self.cursor)
         self.cursor = None
-        self._remember(form)
+        keys = [row.question.key for row in form.entries]
+        # Where each line is asked; a thing has one form at a time.
+        self.first = {key: to for key, to in self.first.items() if key[1] != keys[0][1]}
+        self.first.update(dict.fromkeys(keys, keys[0]))
         edited = False
         while True:
             try:
@@ -294,48 +297,32 @@ class TerminalHuman:
                 self.filled.add(form.entries[0].question.about)
             return True
 
-    def _remember(self, form: "Form") -> None:
-        """Remember where each line of a form is asked; a thing has one form at a time."""
-        keys = [row.question.key for row in form.entries]
-        self.first = {key: to for key, to in self.first.items() if key[1] != keys[0][1]}
-        self.first.update(dict.fromkeys(keys, keys[0]))
-
     def _take(self, form: "Form", record: dict[Key, str]) -> None:
         self.told.update(record)
         self.corrected = form.corrected(record)
 
     def _edit(self, form: "Form", row: int, typed: str) -> None:
         question = form.entries[row].question
-        if question.kind == "value":
-            value = self._line(question, typed).value
-        else:
-            picked = self._place(question, back="back", typed=typed)
-            value = picked.value if picked is not None else ""
-        if value:
-            form.fill(row, value)
+        is_line = question.kind == "value"
+        found = self._line(question, typed) if is_line else self._pick(question, "back", typed)
+        if found is not None:
+            form.fill(row, found.value)
 
-    def _place(
+    def _pick(
         self, question: Question, back: str, typed: str = "", first: bool = False
     ) -> Choice | None:
         new = "a new place" if question.kind == "place" else ""
-        picked = self._pick(question, question.choices, back, new, typed, first)
-        return picked and _choice_of(question, picked.value)
-
-    def _pick(
-        self,
-        question: Question,
-        choices: Sequence[Choice],
-        back: str,
-        new: str = "",
-        typed: str = "",
-        first: bool = False,
-    ) -> Choice | None:
         menu = Picker(
-            question.text, back, choices=choices, new=new, taken=question.known, typed=typed,
+            question.text,
+            back,
+            choices=question.choices,
+            new=new,
+            taken=question.known,
             others=question.further,
-        )  # fmt: skip
+            typed=typed,
+        )
         picked: Choice | None = canvas.ask(menu, self.console, follows=not first)
-        return picked
+        return picked and _choice_of(question, picked.value)
 
     def _line(self, question: Question, typed: str = "", first: bool = False) -> Choice:
         def check(value: str) -> str:
@@ -354,7 +341,7 @@ def _choice_of(question: Question, value: str) -> Choice:
 
 
 def _with_reason(choice: Choice, question: Question) -> Choice:
-    """A choice that is likely says why, as a suggestion."""
+    """A choice; a likely one with the reason why it is suggested."""
     if question.suggested is None or choice.value != question.suggested.value:
         return choice
     return replace(choice, then=f"suggested, {question.suggested.reason}")

@@ -1,6 +1,7 @@
 """A question with rows below it: what every prompt of this program is made of.
 
-A menu has no terminal: it says what is drawn and what a key or, in the plain face, a line leads to.
+A menu does no input or output: it returns the lines to draw, and the answer to a key or, in the
+plain face, to a line.
 """
 
 from abc import ABC, abstractmethod
@@ -34,9 +35,8 @@ class Row:
 class Menu(ABC):
     """A question (`text`), rows of which one is pointed at, and keys.
 
-    `back` is what Esc leads to, in a word, "" if to nothing. Subclasses say what the rows are and
-    what becomes of a key; moving about, showing the keys and the numbered lines are the same for
-    all.
+    `back` is what Esc leads to, in a word, "" if to nothing. Subclasses define the rows and what
+    becomes of a key; moving about, showing the keys and the numbered lines are the same for all.
     """
 
     KEYS: ClassVar[Sequence[tuple[str, str]]] = ()
@@ -95,7 +95,7 @@ class Menu(ABC):
         return self.press(_NAMED.get(line, line))
 
     def draw(self, width: int, numbered: bool) -> list[Line]:
-        """Return the lines to show; `numbered` says that they are read one after the other."""
+        """Return the lines to show; `numbered` is for the plain face."""
         key = "b" if numbered else self.ESCAPE
         back = f"{key}: {self.back}" if self.back else ""
         hint = ", ".join(part for part in (self.hint(numbered), back, "?: keys") if part)
@@ -147,7 +147,7 @@ def _drawn(row: Row, mark: tuple[str, str], width: int) -> list[Line]:
 class Keys(Menu):
     """One of a few: the key of a choice is the answer, Enter takes the one that is pointed at.
 
-    `by_enter` tells afterwards whether it was Enter that answered.
+    `by_enter` is whether Enter gave the answer.
     """
 
     ESCAPE = "b"

@@ -1,4 +1,4 @@
-"""One of many, found by typing; or a new one, where one may be told."""
+"""One of many, found by typing; or a new one, where that is allowed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

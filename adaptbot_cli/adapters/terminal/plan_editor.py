@@ -23,7 +23,7 @@ from adaptbot_cli.errors import UsageError
 
 _LEAVE = "leave"
 _MOST = 5
-"""How many open findings are told above the menu."""
+"""How many open findings are listed above the menu."""
 _MENU = (
     Choice(_LEAVE, "leave it as it is", key="l"),
     Choice("replace", "replace a step", key="r"),
@@ -43,7 +43,7 @@ _TEXT = {
 
 
 def ask_for_edit(turn: Amend, console: Console, rejects: bool) -> tuple[Edit | None, str]:
-    """Ask for one edit; return it with a line that says so, None if the plan is left as it is.
+    """Ask for one edit; return it with its description, None if the plan is left as it is.
 
     That the plan is rejected is only offered where somebody `rejects` it for another.
     """

@@ -61,7 +61,7 @@ def dump(document: Document) -> str:
 
 
 def describe(turn: Turn, kg: Kg) -> Document | None:
-    """Return a turn as a document, without its reply; None for what a transcript does not tell."""
+    """Return a turn as a document, without its reply; None for one that is not recorded."""
     match turn:
         case Understood():
             return {"turn": "understood", "as": turn.reading.line}
@@ -118,7 +118,7 @@ def _filled(**fields: object) -> Document:
 
 
 def key_fields(key: Key) -> Document:
-    """Return what tells a question from others: its kind, what it is about, the property."""
+    """Return what identifies a question: its kind, what it is about, the property."""
     record = dict(zip(("kind", "about", "prop", "subject"), key, strict=True))
     return {k: v for k, v in record.items() if v and (k, v) != ("subject", "item")}
 
@@ -146,7 +146,7 @@ def _facts(delta: Delta) -> list[str]:
 
 
 def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
-    """Return what a document tells of a turn's reply."""
+    """Return the part of a document that records the reply to a turn."""
     match reply:
         case Proposal():
             tokens = {"prompt": reply.prompt_tokens, "completion": reply.completion_tokens}
@@ -164,8 +164,8 @@ def reply_fields(turn: Turn, reply: object, kg: Kg) -> Document:
             return {"answer": reply.value, **more, **_filled(by=reply.by, at=reply.at)}
         case Edit():
             text = "reason" if reply.kind == "reject" else "call"
-            told = {"edit": reply.kind, "step": reply.step, "to": reply.to, text: reply.text}
-            document = _filled(**told, by=reply.by, at=reply.at)
+            fields = {"edit": reply.kind, "step": reply.step, "to": reply.to, text: reply.text}
+            document = _filled(**fields, by=reply.by, at=reply.at)
             if isinstance(turn, Amend) and reply.kind != "reject":
                 document["plan"] = edited(reply, turn.report, parse)
             return document

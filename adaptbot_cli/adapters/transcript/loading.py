@@ -151,7 +151,7 @@ def glanced(path: Path) -> tuple[Document, Document]:
 
 
 def has_end(text: str) -> bool:
-    """Tell whether a transcript's text tells the end of its run."""
+    """Return whether a transcript has the end of its run."""
     return text.rpartition("\n---\n")[2].startswith("turn: finished")
 
 
@@ -191,10 +191,10 @@ class LeftOver:
 def left_over(folder: Path, sittings: Path) -> list[LeftOver]:
     """Return the runs of a folder that have left questions open, newest first.
 
-    What nobody could say in one of the `sittings` since then, nobody could say of them either.
+    A question that nobody could answer in one of the `sittings` since then counts as unanswered.
 
-    Of the runs of one task only the newest counts. What is still open of them is for the graph to
-    say, as it is now.
+    Of the runs of one task only the newest counts. Which questions are still open depends on the
+    graph as it is now.
     """
     found: list[LeftOver] = []
     seen: set[object] = set()

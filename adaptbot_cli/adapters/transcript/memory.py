@@ -1,4 +1,4 @@
-"""What a transcript remembers of a run that was cut off, for the run that goes on with it."""
+"""What is known from the transcript of an interrupted run, for the run that resumes it."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -55,7 +55,7 @@ class Memory:
     plan: str = ""
 
     def take(self, documents: Iterable[Document]) -> None:
-        """Add what a run's documents tell; later answers go before earlier ones."""
+        """Add the documents of a run; later answers replace earlier ones."""
         ended = ""
         since: set[Key] | None = None
         for document in documents:
@@ -128,7 +128,7 @@ class Memory:
             self.offers.discard(key[1])
 
     def likely(self, question: Question) -> Question:
-        """Return a question with what was said before as the likely answer: from now on the person
+        """Return a question with its earlier answer as the likely one: from now on the person
         is the one to give it, as for all lines of a form that is shown."""
         if question.offered:
             self.offers.discard(question.about)
@@ -144,7 +144,7 @@ class Memory:
 
 @dataclass(frozen=True, slots=True)
 class RememberingPlanner:
-    """Gives the plans that the run before was given, and asks for others."""
+    """Returns the plans of the interrupted run, and asks for others."""
 
     memory: Memory
     planner: Planner
@@ -155,12 +155,12 @@ class RememberingPlanner:
         return self.planner.name
 
     def propose(self, turn: Propose) -> Proposal:
-        """Give the plan that the same prompt was answered with. Raises ModelError."""
+        """Return the plan that the same prompt was answered with. Raises ModelError."""
         left = self.memory.left.pop(turn.task.name, "")
         if left and not turn.attempt:
             return Proposal(left, calls=0)
         entries = turn.attempt, tuple(finding_text(finding) for finding in turn.findings)
-        prompts = ((turn.task.name, *entries), ("", *entries))  # a transcript may not tell the task
+        prompts = ((turn.task.name, *entries), ("", *entries))  # a transcript may lack the task
         found = (self.memory.proposals.pop(prompt, None) for prompt in prompts)
         known = next(filter(None, found), None)
         return self.planner.propose(turn) if known is None else known
@@ -168,13 +168,13 @@ class RememberingPlanner:
 
 @dataclass(frozen=True, slots=True)
 class RememberingHuman:
-    """Gives the answers that the run before was given, each once, and asks for others."""
+    """Returns the answers of the interrupted run, each once, and asks for others."""
 
     memory: Memory
     human: Human
 
     def ask(self, question: Question) -> Answer:
-        """Give the answer that the question had, if it can still be meant."""
+        """Return the answer that the question had, if it is still possible."""
         known = self.memory.answers.pop(question.key, None)
         if known is not None and fits(question, known):
             return known
@@ -183,7 +183,7 @@ class RememberingHuman:
         return answer
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
-        """Give what was told besides, if it was offered before."""
+        """Return the earlier answers to an offer, if it was made before."""
         if questions and questions[0].about in self.memory.offers:
             self.memory.offers.discard(questions[0].about)
             return tuple(self.memory.answers.pop(question.key, LATER) for question in questions)
@@ -195,7 +195,7 @@ class RememberingHuman:
         return found
 
     def amend(self, turn: Amend) -> Edit | None:
-        """Give the edit that this plan was given, and ask for others."""
+        """Return the edit that this plan had; ask for further ones."""
         known = self.memory.edits.get(turn.report.text)
         if known:
             return known.pop(0)

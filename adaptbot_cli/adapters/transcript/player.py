@@ -38,7 +38,7 @@ _GIVEN_BACK = frozenset(
     suggestions at answers kept left_out back revision edit step call reason plan failed observed
     gone odd over goal""".split()  # noqa: SIM905
 )
-"""What a document tells of the reply: given back in a replay, not compared."""
+"""The fields that record a reply: returned by a replay, not compared."""
 
 
 @dataclass(slots=True)
@@ -63,7 +63,7 @@ class Player:
             self.at += 1
             unknown = self.current.keys() - record.keys() - _GIVEN_BACK
             if unknown:
-                text = f"`{min(unknown)}:` is nothing that a {record['turn']} turn tells"
+                text = f"`{min(unknown)}:` is no field of a {record['turn']} turn"
                 raise self._differs(text)
             self._compare(record)
         elif record["turn"] in ("propose", "ask", "act") and record.get("kind") != "plan":
@@ -135,7 +135,7 @@ class Player:
         return edit_of(self.current)
 
     def review(self, lessons: tuple[Lesson, ...]) -> bool | Reviewed:
-        """Accept, unless the transcript tells otherwise."""
+        """Accept, unless the transcript does not."""
         to = key_of(self.current.get("back"))
         left_out = frozenset(filter(None, map(key_of, self.current.get("left_out") or ())))
         if to is not None or left_out:

@@ -30,37 +30,32 @@ class ProtocolCheck:
 def conformance(process: Process) -> Iterator[ProtocolCheck]:
     """Give what a process was seen to do, one by one. It is asked to do nothing that moves it."""
     task = Task("world check", said="world check")
+    starts = "it starts, and answers hello with ready"
     try:
         seen = process.begin(Begin(task))
     except WorldError as error:
-        yield ProtocolCheck("it starts, and answers hello with ready", False, str(error))
+        yield ProtocolCheck(starts, False, str(error))
         return
-    yield ProtocolCheck("it starts, and answers hello with ready", True)
+    yield ProtocolCheck(starts, True)
     yield _clean("it tells what it sees by names of this home", seen)
-    for number in (1, 2):
-        seen = process.act(_unknown(number))
-        what = "it refuses an action that it does not know, with a reason"
-        if number == 2:
-            what = "it goes on after a step that failed"
+    for number, what in (
+        (1, "it refuses an action that it does not know, with a reason"),
+        (2, "it goes on after a step that failed"),
+    ):
+        action = Action(URIRef(f"urn:adaptbot:{UNKNOWN}"), UNKNOWN, "", ())
+        seen = process.act(Act(number, Step(Call(UNKNOWN)), Bound(action, {}), Delta()))
         refused = bool(seen.failed) and not seen.over and process.answered
-        yield ProtocolCheck(
-            what, refused, "" if refused else seen.failed or "it said that it is done"
-        )
+        why = "" if refused else seen.failed or "it said that it is done"
+        yield ProtocolCheck(what, refused, why)
         yield _clean("it answers the step that was asked, and says nothing else", seen)
         if seen.over:
             return
     seen = process.stop(Stop(task, "world check"))
     process.close()
-    yield ProtocolCheck(
-        "it ends when it is told to stop", process.ended_by_itself, "it had to be ended"
-    )
+    by_itself = process.ended_by_itself
+    yield ProtocolCheck("it ends when it is told to stop", by_itself, "it had to be ended")
     yield _clean("it says nothing wrong at the end", seen)
 
 
 def _clean(what: str, seen: Seen) -> ProtocolCheck:
     return ProtocolCheck(what, not seen.odd, "; ".join(seen.odd))
-
-
-def _unknown(number: int) -> Act:
-    action = Action(URIRef(f"urn:adaptbot:{UNKNOWN}"), UNKNOWN, "", ())
-    return Act(number, Step(Call(UNKNOWN)), Bound(action, {}), Delta())

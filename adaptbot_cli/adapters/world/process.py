@@ -9,6 +9,7 @@ import signal
 import subprocess
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -22,17 +23,17 @@ from adaptbot_cli.core.world import LOST, Seen, fact_of, named, plain, possible
 from adaptbot_cli.errors import WorldError
 
 VERSION = 1
-"""The version of the protocol, said in the first message."""
+"""The version of the protocol, sent in the first message."""
 
 LONGEST_LINE, MOST_LINES, MOST_FACTS = 1_000_000, 1_000, 10_000
 """How many characters a line may have, how many lines may come while one step is awaited, and how
-many facts an answer may tell: what is beyond is nonsense, and no reason to run out of memory."""
+many facts an answer may have: what is beyond is nonsense, and no reason to run out of memory."""
 
 MOST_ODD, LONGEST_TEXT = 5, 500
-"""How many oddities of one answer are told, and how many characters of a reason."""
+"""How many oddities of one answer are reported, and how many characters of a reason."""
 
 LAST_SECONDS = 2.0
-"""How long the process has to say what it sees at the end, and to end."""
+"""How many seconds the process has to send its last observation, and to end."""
 
 Json = Mapping[str, Any]
 
@@ -42,7 +43,7 @@ class Process:
     """A world behind a process. `seconds` is how long it may take for one step.
 
     Nothing that it does is an error of this program: too late, dead or nonsense is a failed step.
-    `answered` tells whether the last message had an answer, `ended_by_itself` how it ended.
+    `answered` is whether the last message had an answer, `ended_by_itself` whether it ended so.
     """
 
     command: str
@@ -56,7 +57,7 @@ class Process:
     _errors: list[bytes] = field(default_factory=list, init=False)
     _lost: str = field(default="", init=False)
     _over: bool = field(default=False, init=False)
-    _awaited: tuple[int, str, Json] | None = field(default=None, init=False)
+    _awaited: tuple[int, tuple[str, Json]] | None = field(default=None, init=False)
     answered: bool = field(default=False, init=False)
     ended_by_itself: bool = field(default=True, init=False)
 
@@ -112,13 +113,15 @@ class Process:
     def act(self, turn: Act) -> Seen:
         """Have a step carried out; return what came of it.
 
-        A step that was not answered is first waited for once more, before it is told again: its
+        A step that was not answered is first waited for once more, before it is sent again: its
         robot may still be at it.
         """
-        arguments, name, number = self._arguments(turn), turn.bound.action.name, turn.number
-        awaited = self._awaited is not None and self._awaited[1:] == (name, arguments)
-        if awaited and self._awaited is not None:
-            number = self._awaited[0]
+        name, values = turn.bound.action.name, turn.bound.values
+        given = [p.name for p in turn.bound.action.parameters if p.name in values]
+        arguments = {key: plain(values[key], self.kg) for key in given}
+        step = (name, arguments)
+        awaited = self._awaited is not None and self._awaited[1] == step
+        number = self._awaited[0] if awaited and self._awaited else turn.number
         message = {
             "act": number,
             "action": name,
@@ -132,14 +135,14 @@ class Process:
         sent = None if awaited else message
         answer, odd = self._asked(sent, lambda reply: _is_answer(reply, number))
         late = not (answer or awaited or self._over)
-        self._awaited = (number, name, arguments) if late else None
+        self._awaited = (number, step) if late else None
         if answer is None:
             words = self._last_words() if self._over else ""
             return Seen(f"{self._lost}{words}", odd=odd, over=LOST if self._over else "")
         failed = answer.get("failed") is not None
         seen = self._seen(answer, Delta() if failed else turn.expected, odd)
         reason = _text(answer.get("reason") or "it did not say why") if failed else ""
-        return Seen(reason, seen.observed, seen.gone, seen.odd)
+        return replace(seen, failed=reason)
 
     def stop(self, turn: Stop) -> Seen:
         """Tell the process that nothing more is to be done; hear what it sees at the end, if it
@@ -154,9 +157,7 @@ class Process:
         goal = answer.get("goal")
         seen = self._seen(answer, Delta(), odd)
         why = _text(answer.get("reason") or "")
-        return Seen(
-            why, seen.observed, seen.gone, seen.odd, "", goal if isinstance(goal, bool) else None
-        )
+        return replace(seen, failed=why, goal=goal if isinstance(goal, bool) else None)
 
     def close(self) -> None:
         """End the process and what it has started."""
@@ -215,8 +216,8 @@ class Process:
         return f' (it wrote: "{" ".join(lines)[:300]}")' if lines else ""
 
     def _asked(self, message: Json | None, fits: Any) -> tuple[Json | None, tuple[str, ...]]:
-        """Say something, if there is anything to say, and wait for the answer; None if none comes,
-        and `_lost` says why."""
+        """Send a message, if there is one, and wait for the answer; None if none comes, and `_lost`
+        has the reason."""
         assert self._process is not None and self._process.stdin is not None
         odd = [_unfit(line) for line in self._unasked()] if message else []
         self.answered = False
@@ -234,19 +235,17 @@ class Process:
             except queue.Empty:
                 self._lost = f"it did not answer within {self.seconds:g} seconds"
                 self._over = not self._alive()
-                return None, tuple(odd[:MOST_ODD])
+                break
             if line is None:
                 self._end("it has closed its output")
-                return None, tuple(odd[:MOST_ODD])
+                break
             record = _object(line)
-            if record is None:
-                odd.append(f"it said what is no JSON object: {_short(line)}")
-            elif not fits(record):
-                odd.append(_unfit(line))
-            else:
+            if record is not None and fits(record):
                 self.answered = True
                 return record, tuple(odd[:MOST_ODD])
-        self._lost, self._over = "its answers never end", True
+            odd.append(_unfit(line))
+        else:
+            self._lost, self._over = "its answers never end", True
         return None, tuple(odd[:MOST_ODD])
 
     def _unasked(self) -> Iterator[bytes]:
@@ -269,25 +268,19 @@ class Process:
         self._lost = deaf if code is None else f"the process has ended with code {code}"
         self._over = True
 
-    def _arguments(self, turn: Act) -> dict[str, Any]:
-        """The arguments of an action by parameter, in order: names and plain values."""
-        values = turn.bound.values
-        given = {p.name: values[p.name] for p in turn.bound.action.parameters if p.name in values}
-        return {name: plain(node, self.kg) for name, node in given.items()}
-
     def _seen(self, answer: Json, expected: Delta, odd: Iterable[str]) -> Seen:
-        """What an answer tells beside what is expected; nonsense is left out, and said."""
+        """What an answer reports beside what is expected; nonsense is left out and noted."""
         strange = list(odd)
         observed = self._facts(answer.get("observed"), strange)
         gone = self._facts(answer.get("gone"), strange)
-        for fact in sorted(observed & gone):
-            strange.append(
-                f"it says of {_fact_text(fact, self.kg)} that it holds and that it does not"
-            )
-        observed, gone = observed - gone, gone - observed
+        both, observed, gone = observed & gone, observed - gone, gone - observed
         several = _several(observed, self.kg)
-        for fact in sorted(several):
-            strange.append(f"it says several values of {_fact_text(fact, self.kg)}")
+        for text, facts in (
+            ("it says of {} that it holds and that it does not", both),
+            ("it says several values of {}", several),
+        ):
+            names = (" ".join(map(str, named(fact, self.kg))) for fact in sorted(facts))
+            strange += map(text.format, names)
         seen, wrong = possible(self.kg, expected, Seen("", observed - several, gone))
         strange += [f"it says what cannot be: {each}" for each in wrong]
         return replace(seen, odd=tuple(map(_text, strange[:MOST_ODD])))
@@ -310,15 +303,8 @@ class Process:
 def _several(facts: frozenset[Triple], kg: Kg) -> frozenset[Triple]:
     """The facts that cannot all hold: several values of what has one."""
     single = {iri for iri, prop in kg.domain.properties.items() if prop.functional}
-    by: dict[tuple[object, object], set[Triple]] = {}
-    for fact in facts:
-        if fact[1] in single:
-            by.setdefault(fact[:2], set()).add(fact)
-    return frozenset(fact for same in by.values() if len(same) > 1 for fact in same)
-
-
-def _fact_text(fact: Triple, kg: Kg) -> str:
-    return " ".join(map(str, named(fact, kg)))
+    tally = Counter(fact[:2] for fact in facts if fact[1] in single)
+    return frozenset(fact for fact in facts if tally[fact[:2]] > 1)
 
 
 def _is_gone(process: "subprocess.Popen[bytes]", number: int) -> bool:
@@ -336,13 +322,13 @@ def _is_gone(process: "subprocess.Popen[bytes]", number: int) -> bool:
 
 
 def _is_answer(record: Json, number: int) -> bool:
-    """Whether a message tells what came of a step: all that it says is about this one."""
+    """Whether a message is the outcome of a step, of this one alone."""
     found = [record[key] for key in ("done", "failed") if record.get(key) is not None]
     return bool(found) and all(n == number and not isinstance(n, bool) for n in found)
 
 
 def _text(value: object) -> str:
-    """The beginning of what is told, as text that can be written anywhere."""
+    """The beginning of a value as text that can be written anywhere."""
     return str(value)[:LONGEST_TEXT].encode("utf-8", "replace").decode()
 
 
@@ -355,22 +341,14 @@ def _object(line: bytes) -> Json | None:
 
 
 def _unfit(line: bytes) -> str:
-    return f"it said what was not asked for: {_short(line)}"
-
-
-def _short(line: bytes) -> str:
-    return line[:100].decode("utf-8", "replace").strip()
+    what = "what is no JSON object" if _object(line) is None else "what was not asked for"
+    return f"it said {what}: {line[:100].decode('utf-8', 'replace').strip()}"
 
 
 def _read(stream: IO[bytes], take: Any) -> None:
     """Pass lines on as they come; None at the end. A line without end is given in parts."""
     with suppress(ValueError, OSError):
-        for line in _lines(stream):
-            take(line)
+        while line := stream.readline(LONGEST_LINE):
+            if line.strip():
+                take(line)
     take(None)
-
-
-def _lines(stream: IO[bytes]) -> Iterator[bytes]:
-    while line := stream.readline(LONGEST_LINE):
-        if line.strip():
-            yield line

@@ -21,11 +21,11 @@ from adaptbot_cli.core.world import Seen
 from adaptbot_cli.errors import WorldError
 
 MOST_TOLD = 5
-"""How many mistakes of a file are told."""
+"""How many mistakes of a file are reported."""
 
 WHOLE = 0.5
-"""From which share of the home's things on a file that says where they are, or what they are, is
-taken for a whole home: what it does not name is not there."""
+"""The share of the home's things from which on a file with their places, or with their classes, is
+taken for the whole home: what it does not name is not there."""
 
 
 def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
@@ -38,17 +38,17 @@ def truth_of(kg: Kg, facts: list[Triple]) -> tuple[Kg, str]:
     for fact in facts:
         if fact[1] in kg.domain.properties or fact[1] == RDF.type:
             inside[kg.home_of(fact[1])].add(fact)
-    placed = frozenset(kg.domain.locations)
-    covered = {ATTRIBUTES: {RDF.type}, STATES: placed}
     lines: list[str] = []
     graphs: dict[URIRef, set[Triple]] = {}
-    for name, predicates in covered.items():
+    for name, predicates, label in (
+        (ATTRIBUTES, {RDF.type}, "what things are"),
+        (STATES, {*kg.domain.locations}, "where things are"),
+    ):
         known = set(kg.graph(name))
         subjects = {s for s, p, _ in known if p in predicates}
         given = {s for s, p, _ in inside[name] if p in predicates}
         whole = bool(subjects) and len(given & subjects) >= WHOLE * len(subjects)
         graphs[name] = inside[name] if whole else _laid_over(kg, known, inside[name])
-        label = "what things are" if name == ATTRIBUTES else "where things are"
         lines += [f"{label} is all from this file"] if whole else []
     absent = {str(o) for _, p, o in facts if p == AB.absentItem}
     gone = {entity for name in absent for entity in kg.find(name)}
@@ -70,7 +70,7 @@ class SimulatedHome:
     """A world that is a graph of its own. With probability `noise` a step slips and does nothing.
 
     `kg` is what is believed, `truth` what is so: conditions and effects are the domain's, evaluated
-    on the truth. `how` says in words how its file was taken. What is where the robot looks is seen:
+    on the truth. `how` describes how its file was taken. What is where the robot looks is seen:
     the things that the step is about, and all that is at the place where it stands.
     """
 
@@ -94,7 +94,7 @@ class SimulatedHome:
         """Return the home that a file of facts describes.
 
         Raises:
-            WorldError: it says what makes no sense in this home.
+            WorldError: a fact makes no sense in this home.
         """
         truth, how = truth_of(kg, facts)
         wrong = [*_mistakes(kg, truth, facts), *_wrong_slips(kg, facts)]
@@ -147,11 +147,8 @@ class SimulatedHome:
         return next((known for known, true in self._same.items() if true == node), node)
 
     def _mapped(self, delta: Delta, to: Callable[[Node], Node]) -> Delta:
-        removed, added = (
-            frozenset((to(s), p, to(o)) for s, p, o in facts)
-            for facts in (delta.removed, delta.added)
-        )
-        return Delta(removed, added)
+        sides = (delta.removed, delta.added)
+        return Delta(*(frozenset((to(s), p, to(o)) for s, p, o in facts) for facts in sides))
 
     def _why_not(self, bound: Bound) -> str:
         """Why a step fails in truth, "" if it does not."""
@@ -159,29 +156,25 @@ class SimulatedHome:
             if times and action == bound.action.name and thing in bound.values.values():
                 self.slips[number] = (thing, action, times - 1, reason)
                 return reason
-        for node in bound.values.values():
-            if isinstance(node, URIRef) and not self.truth.classes(node):
+        things = [node for node in bound.values.values() if isinstance(node, URIRef)]
+        for node in things:
+            if not self.truth.classes(node):
                 return f"there is no {self.kg.name(node)} here"
         for finding in attribute_findings(bound, self.truth):
-            if finding.code != "E301":  # what the truth does not say may be so
+            if finding.code != "E301":  # what is not known in the truth may be so
                 return finding.message
-        for node in bound.values.values():
-            if isinstance(node, URIRef) and self._is_elsewhere(node):
-                kept = self._places(self.kg, self._known(node))
+        for node in things:
+            known = self._known(node)
+            kept, true = self._places(self.kg, known), self._places(self.truth, node)
+            if (kept or true) and [self._true(place) for place in kept] != true:
                 place = f"at {self.kg.name(kept[0])}" if kept else "there"
-                return f"{self.kg.name(self._known(node))} is not {place}"
+                return f"{self.kg.name(known)} is not {place}"
         for condition in bound.action.conditions:
             if not holds(condition, bound, self.truth):
                 return sentence(condition.message, bound, self.truth)
         if self.noise and self._chance.random() < self.noise:
             return "it slipped"
         return ""
-
-    def _is_elsewhere(self, node: URIRef) -> bool:
-        """Whether a thing that can be carried is not where it is believed to be."""
-        believed = [self._true(place) for place in self._places(self.kg, self._known(node))]
-        true = self._places(self.truth, node)
-        return bool(believed or true) and believed != true
 
     def _places(self, kg: Kg, node: Node) -> list[Node]:
         return [place for p in kg.domain.locations for place in kg.objects(node, p)]
@@ -212,13 +205,13 @@ class SimulatedHome:
         return Seen("", delta.added, delta.removed)
 
     def _is_known(self, *nodes: Node) -> bool:
-        """Whether the graph has all of some things: what nobody has told of has no name for it."""
+        """Whether the graph has all of some things: others have no name in it."""
         things = (self._known(node) for node in nodes if isinstance(node, URIRef))
         return all(self.kg.classes(t) or t == self.kg.domain.agent for t in things)
 
 
 def _mistakes(kg: Kg, truth: Kg, facts: list[Triple]) -> Iterator[str]:
-    """What a file says that the domain does not know or allow, beside what is believed."""
+    """The facts of a file that the domain does not know or allow, beside what is believed."""
     found = (RDF.type, *kg.domain.properties)
     for predicate in sorted({str(p) for s, p, _ in facts if not isinstance(s, BNode)}):
         if URIRef(predicate) not in found and not predicate.startswith((str(AB), str(RDFS))):

@@ -172,7 +172,7 @@ def test_an_answer_that_never_ends_the_same_way_is_taken_after_the_last_try(ask:
 
 
 TRANSIENT: dict[str, tuple[Answer, str]] = {
-    "busy": (refuses(429, "slow down", Retry_After="0.2"), "limiting requests (429); "),
+    "busy": (refuses(429, "slow down", Retry_After="0.2"), "(429); trying again in 0.2 s "),
     "busy without a time": (refuses(429, "slow down"), "limiting requests (429); "),
     "failed": (refuses(500, "boom"), "failed (500); "),
     "not there": (refuses(503, "boom"), "failed (503); "),
@@ -204,12 +204,6 @@ def test_tries_wait_twice_as_long_each_time_and_come_to_an_end(ask: Ask) -> None
     assert len(times) == 4 and times[3] - times[2] >= 0.04
 
 
-def test_the_time_that_a_provider_asks_for_is_waited(ask: Ask) -> None:
-    asked = ask(refuses(429, "slow down", Retry_After="0.5"), says(PLAN))
-    first, second = asked.server.asked
-    assert second.at - first.at >= 0.5
-
-
 def test_a_wait_beyond_the_time_limit_is_not_begun(ask: Ask) -> None:
     with ends():
         asked = ask(refuses(429, "slow down", Retry_After="3600"), seconds=900)
@@ -229,6 +223,7 @@ FINAL: dict[str, tuple[Answer, str]] = {
     "broken JSON": (server.garbles, "does not speak the OpenAI protocol"),
     "five megabytes": (says("a" * 80 + "\n" + "b" * 5_000_000), "longer than 100,000 characters"),
     "only thinking": (says("<think>hm", finish="length"), "length limit before it wrote any plan"),
+    "only reasoning": (server.streams({"reasoning_content": "The egg first."}), "it only reasoned"),
 }
 
 
@@ -334,34 +329,40 @@ def test_a_wrong_name_is_told_with_the_nearest(ask: Ask, kg: Kg) -> None:
         model.propose(Propose(task_for("make tea", kg)))
 
 
-def test_tool_calls_are_a_plan(ask: Ask) -> None:
-    calls = (("pick_up_obj", {"obj": "egg"}), ("wait", {"time": 5}))
-    text = ask(server.calls_tools(*calls)).text
-    assert [written.call.render() for written in parse(text).calls] == [
-        'pick_up_obj(obj="egg")',
-        "wait(time=5)",
-    ]
+CALLS = [written.call.render() for written in parse(PLAN).calls]
+TOOL = {"id": "a", "type": "function", "function": {"name": "wait", "arguments": '{"time": 5}'}}
+READ: dict[str, tuple[Answer, list[str]]] = {
+    "tool calls": (
+        server.calls_tools(("pick_up_obj", {"obj": "egg"}), ("wait", {"time": 5})),
+        ['pick_up_obj(obj="egg")', "wait(time=5)"],
+    ),
+    "calls with one index and ids of their own": (
+        server.calls_tools(("wait", {"time": 5}), ("wait", {"time": 6}), index=0),
+        ["wait(time=5)", "wait(time=6)"],
+    ),
+    "an answer that comes whole": (server.whole(content=PLAN), CALLS),
+    "a tool call that comes whole": (
+        server.whole(content=None, tool_calls=[TOOL]),
+        ["wait(time=5)"],
+    ),
+    "packed": (server.packed(server.sse(PLAN)), CALLS),
+    "a thought": (says(f'<think>\nfry("egg")?\n</think>\n\n{PLAN}'), CALLS),
+    "a thought by another name": (says(f'<thinking>fry("egg")</thinking>\n{PLAN}'), CALLS),
+    "a thought without a beginning": (says(f'fry("egg")?\n</think>\n{PLAN}'), CALLS),
+    "cut at its length": (says(PLAN, finish="length"), CALLS),
+}
 
 
-def test_calls_with_one_index_and_ids_of_their_own_are_several(ask: Ask) -> None:
-    text = ask(server.calls_tools(("wait", {"time": 5}), ("wait", {"time": 6}), index=0)).text
-    assert [written.call.render() for written in parse(text).calls] == [
-        "wait(time=5)",
-        "wait(time=6)",
-    ]
-
-
-def test_an_answer_that_comes_whole_is_read_as_if_it_were_streamed(ask: Ask) -> None:
-    got = ask(server.whole(content=PLAN))
-    assert got.text == PLAN
-    call = {"id": "a", "type": "function",
-            "function": {"name": "wait", "arguments": '{"time": 5}'}}  # fmt: skip
-    told = parse(ask(server.whole(content=None, tool_calls=[call])).text)
-    assert [written.call.render() for written in told.calls] == ["wait(time=5)"]
+@pytest.mark.parametrize("name", READ)
+def test_a_plan_is_read_in_whatever_form_it_comes(ask: Ask, name: str) -> None:
+    answer, calls = READ[name]
+    asked = ask(answer)
+    assert [written.call.render() for written in parse(asked.text).calls] == calls
+    cut = ["the answer was cut off at its length limit"]
+    assert asked.seen.told == (cut if name == "cut at its length" else [])
 
 
 def test_a_packed_answer_is_bounded_by_what_it_says(ask: Ask) -> None:
-    assert ask(server.packed(server.sse(PLAN))).text == PLAN
     bomb = server.packed(b"data: " + b" " * 200_000_000)
     assert peak(lambda: ask(bomb, seconds=60)) < 100_000_000
 
@@ -370,24 +371,6 @@ def test_a_refusal_is_the_answers_text(ask: Ask) -> None:
     pieces = ({"content": "", "refusal": None}, {"refusal": "I will not "}, {"refusal": "fry."})
     assert ask(server.streams(*pieces)).text == "I will not fry."
     assert ask(server.whole(content=None, refusal="I will not.")).text == "I will not."
-
-
-def test_an_answer_that_only_reasons_is_told_for_what_it_is(ask: Ask) -> None:
-    assert "it only reasoned" in ask(server.streams({"reasoning_content": "The egg first."})).said
-
-
-@pytest.mark.parametrize(
-    "thought",
-    ['<think>\nfry("egg")?\n</think>\n\n', '<thinking>fry("egg")</thinking>\n', "hm\n</think>\n"],
-)
-def test_reasoning_is_no_plan(ask: Ask, thought: str) -> None:
-    assert ask(says(thought + PLAN)).text == PLAN
-
-
-def test_an_answer_cut_at_its_length_is_used_and_said(ask: Ask) -> None:
-    asked = ask(says(PLAN, finish="length"))
-    assert asked.text == PLAN
-    assert asked.seen.told == ["the answer was cut off at its length limit"]
 
 
 def test_an_injection_is_text_like_any_other(ask: Ask) -> None:

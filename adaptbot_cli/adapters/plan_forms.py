@@ -4,7 +4,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import pyoxigraph
@@ -21,7 +21,7 @@ from adaptbot_cli.core.sparql import SKIP, prefixes_of
 from adaptbot_cli.core.world import Named, named, plain
 
 VERSION = 1
-"""The version of the forms, said in the JSON and in the tree."""
+"""The version of the forms, written into the JSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,8 @@ class Guard:
     """
 
     ask: str
-    otherwise: str
     given: Mapping[str, str]
+    otherwise: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class GroundStep:
     """A step with what it takes, needs and brings about, all by the home's own names.
 
     `arguments` are plain values by parameter, in order, `things` those parameters that name a
-    thing; `spoken` is a name of the action under which the rest is said (`turn_on` for `switch`
+    thing; `spoken` is a name of the action that fixes a parameter (`turn_on` for `switch`
     with state on), with the parameters `left`.
     """
 
@@ -79,7 +79,8 @@ def grounded(
         for step, bound, delta in zip(report.steps, report.bounds, report.deltas, strict=True):
             if bound is None or step.status in ("dropped", "finding"):
                 continue
-            values = {p.name: bound.values[p.name] for p in _given(bound)}
+            names = (p.name for p in bound.action.parameters if p.name in bound.values)
+            values = {name: bound.values[name] for name in names}
             fixed = next(
                 (c for c in bound.action.called_as if values.get(c.parameter) == c.value), None
             )
@@ -103,20 +104,16 @@ def grounded(
     return GroundPlan(name or "plan", kg.domain.name, tuple(found), tuple(goals), words or {})
 
 
-def _given(bound: Bound) -> Iterator[Any]:
-    return (p for p in bound.action.parameters if p.name in bound.values)
-
-
 def _guards(bound: Bound, kg: Kg) -> Iterator[Guard]:
-    """What a step needs, attributes first, as the pack says it."""
+    """What a step needs, attributes first, in the words of the pack."""
     for need in bound.action.attributes:
         thing = bound.values.get(need.of)
         if isinstance(thing, URIRef):
             fact = f"{thing.n3()} {URIRef(str(need.prop)).n3()}"
             body = f"{fact} {_n3(need.value)}"
-            if need.assume:  # what nobody has said is taken to hold
+            if need.assume:  # what is unknown is taken to hold
                 body = f"FILTER NOT EXISTS {{ {fact} ?value FILTER(?value != {_n3(need.value)}) }}"
-            yield Guard(f"ASK {{ {body} }}", sentence(need.message, bound, kg), {})
+            yield Guard(f"ASK {{ {body} }}", {}, sentence(need.message, bound, kg))
     for condition in bound.action.conditions:
         values = {"agent": kg.domain.agent, **bound.values}
         otherwise = sentence(condition.message, bound, kg)
@@ -127,7 +124,7 @@ def _goals(task: Task, kg: Kg) -> Iterator[Guard]:
     """What must hold at the end, of the domain and of the task; of each item where it is of one."""
     for goal in (*kg.domain.goals, *task.goals):
         if goal.places:
-            continue  # any of several places will do: no one ASK says that
+            continue  # any of several places will do: that is no single ASK
         for item in _items(goal, task, kg):
             values = {"agent": kg.domain.agent, **({} if item is None else {"item": item})}
             otherwise = goal.message.format(item=kg.name(item) if item is not None else "")
@@ -155,8 +152,8 @@ def _guard(query: str, source: str, otherwise: str, values: Mapping[str, Node]) 
     try:
         pyoxigraph.Store().query(ground)
     except (SyntaxError, ValueError, RuntimeError):  # such as BOUND(?thing), or SELECT ?thing
-        return Guard(ask, otherwise, terms)
-    return Guard(ground, otherwise, {})
+        return Guard(ask, terms, otherwise)
+    return Guard(ground, {}, otherwise)
 
 
 def _n3(node: Node) -> str:
@@ -176,18 +173,14 @@ def as_json(plan: GroundPlan) -> str:
                 "arguments": dict(step.arguments),
                 "call": step.call,
                 "inserted": step.inserted,
-                "conditions": [*map(_guard_fields, step.guards)],
+                "conditions": [*map(asdict, step.guards)],
                 "expects": {"added": step.added, "removed": step.removed},
             }
             for step in plan.steps
         ],
-        "goal": [*map(_guard_fields, plan.goals)],
+        "goal": [*map(asdict, plan.goals)],
     }
     return json.dumps(record, indent=2, ensure_ascii=False) + "\n"
-
-
-def _guard_fields(guard: Guard) -> dict[str, Any]:
-    return {"ask": guard.ask, "given": dict(guard.given), "otherwise": guard.otherwise}
 
 
 def as_script(plan: GroundPlan) -> str:
@@ -269,21 +262,26 @@ def _holds(parent: ET.Element, guard: Guard) -> None:
 def _models(root: ET.Element, plan: GroundPlan) -> None:
     """What each node of the tree takes, for editors of trees and as what is to be implemented."""
     model = ET.SubElement(root, "TreeNodesModel")
-    holds = ET.SubElement(model, "Condition", ID="Holds")
-    for name, about in (
-        ("ask", "SPARQL ASK about the state"),
-        ("otherwise", "what is so where it does not hold"),
-        ("given", "values of its variables, where it has any"),
-    ):
-        ET.SubElement(holds, "input_port", name=name, type="std::string", default="").text = about
-    recover = ET.SubElement(model, "Action", ID="Recover")
-    ET.SubElement(recover, "input_port", name="step", type="int").text = "which step, from 1"
-    ET.SubElement(recover, "input_port", name="call", type="std::string").text = "the step itself"
+    nodes: list[tuple[str, str, Mapping[str, str]]] = [
+        ("Condition", "Holds", _HOLDS),
+        ("Action", "Recover", {"step": "which step, from 1", "call": "the step itself"}),
+    ]
     for action in {step.action.name: step.action for step in plan.steps}.values():
-        node = ET.SubElement(model, "Action", ID=_id(action.name, "Do"))
-        for p in action.parameters:
-            port = ET.SubElement(node, "input_port", name=_port(p.name), type="std::string")
-            port.text = f"{p.name} of {action.name}"
+        takes = {_port(p.name): f"{p.name} of {action.name}" for p in action.parameters}
+        nodes.append(("Action", _id(action.name, "Do"), takes))
+    for kind, identity, ports in nodes:
+        node = ET.SubElement(model, kind, ID=identity)
+        for name, about in ports.items():
+            port = {"name": name, "type": "int" if name == "step" else "std::string"}
+            port |= {"default": ""} if kind == "Condition" else {}
+            ET.SubElement(node, "input_port", port).text = about
+
+
+_HOLDS = {
+    "ask": "SPARQL ASK about the state",
+    "otherwise": "what is so where it does not hold",
+    "given": "values of its variables, where it has any",
+}
 
 
 def _port(name: str) -> str:

@@ -161,7 +161,7 @@ _END_ONLY = re.compile(r"\A.*</(?:think|thinking|reasoning|thought)>", re.DOTALL
 
 
 def plan_text(answer: PartialAnswer) -> tuple[str, str]:
-    """Return an answer's reasoning, and what else it says: its text, then its tool calls as JSON.
+    """Return an answer's reasoning, and the rest of it: its text, then its tool calls as JSON.
 
     Reasoning tries calls out that are no part of the plan, and it would be paid for again in each
     re-prompt. Some models open it in the prompt, so that only its end is seen.
