@@ -7,14 +7,15 @@ from inspect import cleandoc
 from pathlib import Path
 
 import jinja2
-from rdflib import RDF, XSD, Literal, URIRef, Variable
+from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core import describing
 from adaptbot_cli.core.domain import Action, Kind, Parameter, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.plan import Goal, Task
-from adaptbot_cli.core.terms import Triple, local
+from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.visible import visible
 
 _SPECIAL = re.compile(r"([\\`*\[\]<>|#~]|(?<!\w)_|_(?!\w))")
@@ -90,13 +91,8 @@ class _Page:
         """Say what values a property has."""
         return _RANGES.get(prop.range) or escaped(a(self.label(prop.range)))
 
-    def value(self, node: Node, action: Action | None = None) -> str:
-        """Write a value; in an effect also a parameter, what its query finds, or the robot."""
-        if isinstance(node, Variable) and action is not None:
-            if str(node) == "agent":
-                return "the robot"
-            known = any(parameter.name == str(node) for parameter in action.parameters)
-            return code(str(node)) if known else f"*{escaped(str(node))}*"
+    def value(self, node: Node) -> str:
+        """Write a value."""
         if isinstance(node, Literal) and isinstance(node.value, bool):
             return "yes" if node.value else "no"
         return code(self.kg.name(node))
@@ -155,22 +151,9 @@ class _Page:
             notes.append(f"written as {listed(parameter.words)}")
         return f"{what} ({'; '.join(notes)})" if notes else what
 
-    def changes(self, action: Action) -> Iterator[str]:
-        """Give what an effect removes and adds; a value replaced is one line, with an arrow."""
-        assert action.effect is not None
-        deletes, inserts = action.effect.deletes, action.effect.inserts
-        replaced = {t[:2] for t in deletes} & {t[:2] for t in inserts}
-        for triple in deletes:
-            if triple[:2] not in replaced:
-                yield f"no longer: {self._fact(triple, '=', action)}"
-        for triple in inserts:
-            yield self._fact(triple, "→" if triple[:2] in replaced else "=", action)
-
-    def _fact(self, triple: Triple, sign: str, action: Action) -> str:
-        subject, predicate, value = triple
-        known = isinstance(predicate, URIRef) and predicate in self.kg.domain.properties
-        label = self.label(predicate) if known else self.value(predicate, action)  # type: ignore[arg-type]
-        return f"{self.value(subject, action)} · {label} {sign} {self.value(value, action)}"
+    def changes(self, action: Action) -> list[str]:
+        """Return what is different after an action, in words."""
+        return [escaped(sentence) for sentence in describing.action(self.kg, action)["afterwards"]]
 
     def asked_of(self, goal: Goal) -> str:
         """Say of which required items a goal is asked."""

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from adaptbot_cli.adapters.store.git import Repo
-from tests.cli.attended import CTRL_C, DOWN, ENTER, UP, tty
+from tests.cli.attended import CTRL_C, DOWN, ENTER, ESC, UP, tty
 from tests.cli.command import Home
 
 EXISTS, ABSENT, SAME, LATER = "y", "n", "a", "l"
@@ -116,35 +116,42 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
     assert "finished" not in {turn["turn"] for turn in turns(there)}
 
 
-def test_an_item_that_exists_is_learned_with_its_place(home: Home) -> None:
-    dialogue = [(CHIVES, EXISTS), ('What is "chives"', "1"), (FORM, f"fri{ENTER}\t")]
-    with tty(home, "run", "make omelette") as opened:
-        opened.answers(*dialogue, ("Keep this", ENTER))
-        opened.sees("executable, goal met")
-        assert opened.ends() == 0
-    assert told(home) == ["exists", "object", "fridge"]
-    assert len(home.subjects()) == 2
-    trailers = home.trailers()
-    assert "+ chives obj_location fridge" in trailers["Fact-2"]
-    assert trailers["Answer-2"] == ["fridge"] and trailers["By-2"][0]
-    assert re.fullmatch(r"\d{4}-\d\d-\d\dT.*", trailers["At-2"][0])
+LEARNED: dict[str, tuple[Dialogue, list[str], list[str]]] = {
+    "an item that exists, with its place": (
+        [
+            (CHIVES, EXISTS),
+            ('What is "chives"', "1"),
+            (FORM, f"fri{ENTER}\t"),
+            ("Keep this", ENTER),
+        ],
+        ["exists", "object", "fridge"],
+        ["+ chives type object", "+ chives obj_location fridge"],
+    ),
+    "another name": (
+        [(CHIVES, SAME), ("Which one is", f"parsl{ENTER}"), ("Keep this", "y")],
+        ["is parsley"],
+        ["+ parsley alias chives"],
+    ),
+    "an absence": (
+        [(CHIVES, ABSENT), ("Keep this", "y")],
+        ["absent"],
+        ["+ kitchen absentItem chives"],
+    ),
+}
 
 
-def test_another_name_is_learned(home: Home) -> None:
-    dialogue = [(CHIVES, SAME), ("Which one is", f"parsl{ENTER}"), ("Keep this", "y")]
+@pytest.mark.parametrize("name", LEARNED)
+def test_what_is_answered_is_learned(home: Home, name: str) -> None:
+    dialogue, answers, facts = LEARNED[name]
     with tty(home, "run", "make omelette") as opened:
         opened.answers(*dialogue)
+        opened.sees("executable, goal met")
         assert opened.ends() == 0
-    assert told(home) == ["is parsley"]
-    assert home.trailers()["Fact-1"] == ["+ parsley alias chives"]
-
-
-def test_an_absence_is_learned(home: Home) -> None:
-    with tty(home, "run", "make omelette") as opened:
-        opened.answers((CHIVES, ABSENT), ("Keep this", "y"))
-        assert opened.ends() == 0
-    assert "dropped" in opened.screen
-    assert home.trailers()["Fact-1"] == ["+ kitchen absentItem chives"]
+    assert told(home) == answers and {*facts} <= {*learned(home)}
+    assert len(home.subjects()) == 2
+    trailers, last = home.trailers(), f"-{len(facts)}"
+    assert trailers[f"Answer{last}"] == answers[-1:] and trailers[f"By{last}"][0]
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT.*", trailers[f"At{last}"][0])
 
 
 def test_what_is_refused_in_the_review_is_not_committed(there: Home) -> None:
@@ -176,14 +183,19 @@ def test_no_colour_where_none_is_wanted(home: Home, env: dict[str, str]) -> None
 
 
 SHALLOT = 'I do not know "shallot"'
+WHAT, ABOUT = 'What is "shallot"', 'What do you know of "shallot"'
+TOLD = "Keep what you have told so far"
 SALAD = ("make salad", "--requires", "shallot")
+FRIDGE = (ABOUT, f"fri{ENTER}{ENTER}")
+FILLED = f"fri{ENTER}nyn{ENTER}"
+"""The fridge; no liquid, to be sliced, not to be boiled; the rest as it is likely."""
 
 
 def test_one_new_object_costs_four_prompts_and_at_most_eight_keys(home: Home) -> None:
     dialogue = [
         (SHALLOT, EXISTS),
-        ('What is "shallot"', ENTER),
-        ('What do you know of "shallot"', f"fri{ENTER}{ENTER}"),
+        (WHAT, ENTER),
+        (ABOUT, f"fri{ENTER}{ENTER}"),
         ("Keep this", ENTER),
     ]
     with tty(home, "run", *SALAD) as opened:
@@ -218,84 +230,60 @@ def test_what_was_only_suggested_is_told_from_what_was_said_and_taken_back_at_on
     assert again.code == 2 and "no suggestion that was accepted" in again.err
 
 
-def test_back_corrects_an_answer_and_keeps_the_others(home: Home) -> None:
+SAID: dict[str, tuple[Dialogue, int, tuple[str, ...], tuple[str, ...], str]] = {
+    "back corrects an answer and keeps the others": (
+        [(WHAT, "3"), (ABOUT, ESC), (WHAT, "1"), (ABOUT, f"fri{ENTER}\t"), ("Keep this", ENTER)],
+        0, ("type object", "obj_location fridge"), ("type tool",), "goal met",
+    ),
+    "the review keeps a part": (
+        [(WHAT, "1"), FRIDGE, ("Keep this", f"{DOWN}{DOWN} {ENTER}")],
+        0, ("type object", "obj_location fridge"), ("IsLiquid",), "all but 1",
+    ),
+    "a thing is not kept without the place that the plan was judged on": (
+        [(WHAT, "1"), FRIDGE, ("Keep this", f"{DOWN} {ENTER}")], 3, (), (), "all but 5",
+    ),
+    "what the review left out stays so after a correction": (
+        [(WHAT, "1"), FRIDGE, ("Keep this", f"{UP} {UP}c"), (ABOUT, ENTER), ("Keep this", ENTER)],
+        0, ("type object",), (), "all but 1",
+    ),
+    "Ctrl-C keeps what was told": (
+        [(WHAT, "1"), (ABOUT, f"fri{ENTER}"), (ABOUT, CTRL_C), (TOLD, "y"), ("Keep this", ENTER)],
+        0, ("type object", "obj_location fridge"), ("IsSliceable",), "",
+    ),
+    "the review goes back, and asks at Ctrl-C as a question does": (
+        [(WHAT, "1"), (ABOUT, f"fri{ENTER}\t"), ("Keep this", ESC),
+         (ABOUT, f"\x7fcup{ENTER}\t"), ("Keep this", CTRL_C), (TOLD, "y")],
+        0, ("obj_location",), ("obj_location fridge",), "a correction",
+    ),
+    "Ctrl-C in a form that is shown again keeps all of it": (
+        [(WHAT, "1"), (ABOUT, FILLED), ("Keep this", f"{DOWN * 3}c"), (ABOUT, f"n{CTRL_C}"),
+         (TOLD, "y"), ("Keep this", ENTER)],
+        3, ("obj_location fridge", "IsLiquid false", "IsSliceable false"), (), "",
+    ),
+}  # fmt: skip
+"""What is answered, the exit code, what is learned and what is not, and what is shown."""
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_of_a_new_object_is_learned_what_was_told(home: Home, name: str) -> None:
+    dialogue, code, there, never, shown = SAID[name]
     with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "3"))
-        opened.answers(('What do you know of "shallot"', "\x1b"), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}\t"), ("Keep this", ENTER))
-        assert opened.ends() == 0
-    facts = learned(home)
-    assert "+ shallot type object" in facts and "+ shallot type tool" not in facts
-    path = next((home.workspace / "transcripts").glob("*.yaml"))
+        opened.answers((SHALLOT, EXISTS), *dialogue)
+        assert opened.ends() == code
+    facts = "\n".join(learned(home)) if there else ""
+    assert all(f"+ shallot {fact}" in facts for fact in there), facts
+    assert not any(f"+ shallot {fact}" in facts for fact in never), facts
+    assert shown in opened.screen and turns(home)[-1]["turn"] == "finished"
+    (path,) = (home.workspace / "transcripts").glob("*.yaml")
     assert "✓" in home.adaptbot("replay", str(path)).out
-
-
-def test_the_review_keeps_a_part(home: Home) -> None:
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}{ENTER}"))
-        opened.answers(("Keep this", f"\x1b[B\x1b[B {ENTER}"))
-        assert opened.ends() == 0
-    facts = learned(home)
-    assert "+ shallot type object" in facts and "+ shallot obj_location fridge" in facts
-    assert not any("IsLiquid" in fact for fact in facts) and "all but 1" in opened.screen
-
-
-def test_a_new_thing_is_not_kept_without_the_place_that_the_plan_was_judged_on(home: Home) -> None:
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}{ENTER}"))
-        opened.answers(("Keep this", f"\x1b[B {ENTER}"))
-        assert opened.ends() == 3
-    assert "all but 5" in opened.screen
-
-
-def test_what_the_review_left_out_stays_so_after_a_correction(home: Home) -> None:
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}{ENTER}"))
-        up = "\x1b[A"
-        opened.answers(("Keep this", f"{up} {up}c"))  # the last left out, the one before corrected
-        opened.answers(('What do you know of "shallot"', ENTER), ("Keep this", ENTER))
-        opened.ends()
-    assert "all but 1" in opened.screen
-
-
-def test_ctrl_c_keeps_what_was_told_if_the_person_says_so(home: Home) -> None:
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}"))
-        opened.answers(('What do you know of "shallot"', CTRL_C))
-        opened.answers(("Keep what you have told so far", "y"), ("Keep this", ENTER))
-        opened.ends()
-    facts = learned(home)
-    assert "+ shallot type object" in facts and "+ shallot obj_location fridge" in facts
-    assert not any("shallot sliceable" in fact for fact in facts)
-    assert turns(home)[-1]["turn"] == "finished"
-
-
-def test_the_review_goes_back_and_asks_at_ctrl_c_as_a_question_does(home: Home) -> None:
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}\t"), ("Keep this", "\x1b"))
-        opened.answers(('What do you know of "shallot"', f"\x7fcup{ENTER}\t"))
-        opened.answers(("Keep this", CTRL_C), ("Keep what you have told so far", "y"))
-        assert opened.ends() == 0
-    assert "a correction" in opened.screen
-    assert "+ shallot obj_location fridge" not in learned(home)
-    assert any(fact.startswith("+ shallot obj_location") for fact in learned(home))
-
-
-FILLED = f"fri{ENTER}nyn{ENTER}"
-"""The fridge; no liquid, to be sliced, not to be boiled; the rest as it is likely."""
 
 
 def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home) -> None:
     with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', FILLED))
+        opened.answers((SHALLOT, EXISTS), (WHAT, "1"))
+        opened.answers((ABOUT, FILLED))
         opened.answers(("Keep this", f"{DOWN * 4}c"))  # its being boiled
-        opened.waits('What do you know of "shallot"')
+        opened.waits(ABOUT)
         opened.process.expect_exact("y: yes, n: no")
         shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", opened.process.before)
         assert re.search(r"place +fridge", shown) and re.search(r"» boilable +no", shown)
@@ -311,28 +299,15 @@ def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home)
     assert "✓" in home.adaptbot("replay", str(path)).out
 
 
-def test_ctrl_c_in_a_form_that_is_shown_again_keeps_all_of_it(home: Home) -> None:
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', FILLED))
-        opened.answers(("Keep this", f"{DOWN * 3}c"))  # its being sliced
-        opened.answers(('What do you know of "shallot"', f"n{CTRL_C}"))
-        opened.answers(("Keep what you have told so far", "y"), ("Keep this", ENTER))
-        opened.ends()
-    facts = learned(home)
-    assert "+ shallot obj_location fridge" in facts and "+ shallot IsLiquid false" in facts
-    assert "+ shallot IsSliceable false" in facts
-
-
 def test_a_run_cut_off_in_a_correction_goes_on_with_the_whole_form(home: Home) -> None:
     with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.answers(('What do you know of "shallot"', FILLED))
-        opened.answers(("Keep this", f"{DOWN * 4}c"), ('What do you know of "shallot"', CTRL_C))
-        opened.answers(("Keep what you have told so far", "n"))
+        opened.answers((SHALLOT, EXISTS), (WHAT, "1"))
+        opened.answers((ABOUT, FILLED))
+        opened.answers(("Keep this", f"{DOWN * 4}c"), (ABOUT, CTRL_C))
+        opened.answers((TOLD, "n"))
         assert opened.ends() == 130
     with tty(home, "resume") as opened:
-        opened.answers(('What do you know of "shallot"', f"{DOWN * 3}y{ENTER}"))
+        opened.answers((ABOUT, f"{DOWN * 3}y{ENTER}"))
         opened.answers(("Keep this", ENTER))
         assert opened.ends() == 0
     facts = learned(home)
@@ -343,11 +318,11 @@ def test_a_run_cut_off_in_a_correction_goes_on_with_the_whole_form(home: Home) -
 @pytest.mark.parametrize("way", ["ctrl-c", "kill", "cut"])
 def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -> None:
     with tty(home, "run", *SALAD) as opened:
-        opened.answers((SHALLOT, EXISTS), ('What is "shallot"', "1"))
-        opened.waits('What do you know of "shallot"')
+        opened.answers((SHALLOT, EXISTS), (WHAT, "1"))
+        opened.waits(ABOUT)
         opened.command.kill(signal.SIGINT if way == "ctrl-c" else signal.SIGKILL)
         if way == "ctrl-c":
-            opened.answers(("Keep what you have told so far", "n"))
+            opened.answers((TOLD, "n"))
             assert opened.ends() == 130
         else:
             opened.command.wait()
@@ -355,7 +330,7 @@ def test_a_run_that_was_cut_off_goes_on_with_its_answers(home: Home, way: str) -
         (path,) = (home.workspace / "transcripts").glob("*.yaml")
         path.write_bytes(path.read_bytes() + b"---\nturn: ask\nkind: place\nabout: shal")
     with tty(home, "resume") as opened:
-        opened.answers(('What do you know of "shallot"', f"fri{ENTER}\t"), ("Keep this", ENTER))
+        opened.answers((ABOUT, f"fri{ENTER}\t"), ("Keep this", ENTER))
         assert opened.ends() == 0
     assert SHALLOT not in opened.screen.replace("? " + SHALLOT, "")
     assert "+ shallot obj_location fridge" in home.trailers()["Fact-2"]

@@ -110,8 +110,8 @@ def test_a_page_to_read(started: Home) -> None:
         "- must hold, or else “{thing} must be in the hand to be put down”:\n\n  ```sparql\n"
         "  ASK { ?agent ex:holds ?thing }\n  ```\n",
         "- `thing`: fragile (`is_fragile`) is yes; if unknown, it is asked; or else “{thing} is ",
-        "- `thing` · wrapped → yes\n",
-        "- no longer: the robot · holds = `thing`\n",
+        "- thing: wrapped\n",
+        "- the robot: no longer holds thing\n",
         "DELETE { ?thing ex:wrapped ?before }\nINSERT { ?thing ex:wrapped true }\nWHERE {",
         "### pack the vase\n\nAlso asked for as: put the vase into the crate, wrap the vase.\n\n"
         "Requires `vase`.\n\n- must hold, or else “the vase is not wrapped”:",
