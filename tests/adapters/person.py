@@ -73,40 +73,25 @@ FORM = Question(
     ),
 )
 
+DRILLABLE = Question("attribute", "plank", "Can one drill plank?", "drillable", "item", yes_no())
+KINDS = (Choice("part", "part"), Choice("tool", "tool"))
+PLACES = (*(Choice(name, name) for name in KNOWN), Choice(UNKNOWN, "I don't know"))
+
 QUESTIONS = {
     "existence": existence(),
     "nothing known": existence(known=Names()),
-    "attribute": Question(
-        "attribute", "plank", "Can one drill plank?", "drillable", "item", yes_no()
-    ),
-    "kind": Question(
-        "kind",
-        "spaner",
-        "What is spaner?",
-        choices=(Choice("part", "part"), Choice("tool", "tool")),
-    ),
-    "place": Question(
-        "place",
-        "spaner",
-        "Where is spaner kept?",
-        "in",
-        choices=(*(Choice(n, n) for n in KNOWN), Choice(UNKNOWN, "I don't know")),
-    ),
+    "attribute": DRILLABLE,
+    "kind": Question("kind", "spaner", "What is spaner?", choices=KINDS),
+    "place": Question("place", "spaner", "Where is spaner kept?", "in", choices=PLACES),
     "value": Question("value", "spaner", "How long is it?", number="whole number"),
-    "back": Question(
-        "attribute",
-        "plank",
-        "Can one drill plank?",
-        "drillable",
-        "item",
-        yes_no(),
-        answered=((Question("kind", "plank", "What is plank?"), Answer("part")),),
+    "back": replace(
+        DRILLABLE, answered=((Question("kind", "plank", "What is plank?"), Answer("part")),)
     ),
     "new place": Question(
         "kind",
         "crate",
         "What is crate?",
-        choices=(Choice("part", "part"), Choice("tool", "tool")),
+        choices=KINDS,
         context="Where is plank kept?",
         answered=((Question("place", "plank", "Where is plank kept?"), Answer("new crate")),),
     ),
@@ -121,17 +106,12 @@ def lesson(key: tuple[str, str], sentence: str, *facts: Any) -> Lesson:
 
 
 STEPS = tuple(Choice(n, f"{n}  pick_up(part_{n})") for n in ("12", "2", "23", "31"))
-SHELF = URIRef("http://example.org/w#shelf")
+SHELF, PLANK, IN = (URIRef(f"http://example.org/w#{name}") for name in ("shelf", "plank", "in"))
 LESSONS = (
     lesson(("kind", ""), "there is shelf", (SHELF, RDF.type, URIRef("urn:w:furniture"))),
     lesson(("attribute", "open"), "shelf: open yes", (SHELF, URIRef("urn:w:open"), Literal(True))),
     Lesson(
-        Delta(
-            frozenset({(URIRef("http://example.org/w#plank"), URIRef("urn:w:in"), Literal("box"))}),
-            frozenset(
-                {(URIRef("http://example.org/w#plank"), URIRef("urn:w:in"), Literal("rack"))}
-            ),
-        ),
+        Delta(frozenset({(PLANK, IN, Literal("box"))}), frozenset({(PLANK, IN, Literal("rack"))})),
         QUESTIONS["place"],
         Answer("rack"),
         "plank is kept in the [bold]rack\x1b[2J",

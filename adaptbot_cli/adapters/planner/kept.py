@@ -13,9 +13,8 @@ from typing import Any
 
 import yaml
 
-from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, read_plan
+from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, read_plan, stems
 from adaptbot_cli.core.learning import Lesson, safe_name
-from adaptbot_cli.core.names import singulars, words
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
@@ -26,7 +25,7 @@ def asked_of(task: Task) -> dict[str, list[str]]:
     """Return what a task asks for, as front matter has it: what makes two requests the same."""
     excluded = {*task.excluded, *(rule.name for rule in task.rules)}
     record = {
-        "task": [(singulars(word) or (word,))[0] for word in words(task.name)],
+        "task": stems(task.name),
         "requires": sorted(task.required),
         "without": sorted(excluded | {" ".join(pair).strip() for pair in task.refused}),
         "amount": [str(task.amount)] if task.amount != 1 else [],

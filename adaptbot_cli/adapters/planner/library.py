@@ -269,17 +269,10 @@ def _words(front: Any, key: str, needed: bool = False) -> tuple[str, ...]:
 
 def nearest_plan(task: str, library: Iterable[LibraryPlan]) -> tuple[LibraryPlan, str] | None:
     """Return the plan with the longest name whose words the task all has, and that name."""
-    names = folded(task)
-    fitting = [
-        ((len(folded(name)), len(name)), name, plan)
-        for plan in library
-        for name in plan.names
-        if folded(name) <= names
-    ]
-    if not fitting:
-        return None
-    _, name, plan = max(fitting, key=lambda entry: entry[0])
-    return plan, name
+    asked = set(stems(task))
+    served = [(plan, name) for plan in library for name in plan.names]
+    fitting = [(plan, name) for plan, name in served if asked.issuperset(stems(name))]
+    return max(fitting, key=lambda f: (len(set(stems(f[1]))), len(f[1])), default=None)
 
 
 def _serves(folders: tuple[Path, ...], task: str) -> bool:
@@ -289,9 +282,9 @@ def _serves(folders: tuple[Path, ...], task: str) -> bool:
         return False
 
 
-def folded(text: str) -> frozenset[str]:
+def stems(text: str) -> list[str]:
     """Return the words of a name, each in the singular."""
-    return frozenset((singulars(word) or (word,))[0] for word in words(text))
+    return [(singulars(word) or (word,))[0] for word in words(text)]
 
 
 @dataclass(frozen=True, slots=True)

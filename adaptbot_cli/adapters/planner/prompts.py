@@ -9,7 +9,7 @@ import hashlib
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain, islice
@@ -20,7 +20,7 @@ import jinja2
 from rdflib import RDF, URIRef
 
 from adaptbot_cli.adapters.planner.forms import MARK, STYLES, Form, Style
-from adaptbot_cli.adapters.planner.library import LibraryPlan, folded, nearest_plan, read_library
+from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library, stems
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import words
@@ -322,12 +322,12 @@ def _phrases(task: Task) -> Iterator[str]:
 
 
 def _nearness(task: Task, plan: LibraryPlan) -> float:
-    names = folded(" ".join((task.name, *task.like)))
-    named = max((_shared(names, folded(name)) for name in plan.names), default=0.0)
+    names = set(stems(" ".join((task.name, *task.like))))
+    named = max((_shared(names, set(stems(name))) for name in plan.names), default=0.0)
     return named + _shared(set(task.required), set(plan.ingredients))
 
 
-def _shared(one: Set[str], other: Set[str]) -> float:
+def _shared(one: set[str], other: set[str]) -> float:
     """Jaccard's index: what two sets share, of all that they hold."""
     return len(one & other) / (len(one | other) or 1)
 

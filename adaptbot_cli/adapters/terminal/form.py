@@ -1,6 +1,6 @@
 """All that is to be known of one thing on one screen, the likely answers filled in."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -136,11 +136,6 @@ class Form(Menu):
         """Return the answers that the person has given, by question; likely ones are left out."""
         rows = (row for row in self.entries if row.told and row.value and not row.kept)
         return {row.question.key: row.value for row in rows}
-
-    def corrected(self, found: Iterable[Key]) -> list[Key]:
-        """Return which of some questions have another answer already."""
-        there = {row.question.key for row in self.entries if row.question.given}
-        return [key for key in found if key in there]
 
     def hint(self, numbered: bool) -> str:
         """Return how the form is taken; and, of lines, how one of it is changed."""

@@ -299,7 +299,8 @@ class TerminalHuman:
 
     def _take(self, form: "Form", record: dict[Key, str]) -> None:
         self.told.update(record)
-        self.corrected = form.corrected(record)
+        given = {row.question.key for row in form.entries if row.question.given}
+        self.corrected = [key for key in record if key in given]
 
     def _edit(self, form: "Form", row: int, typed: str) -> None:
         question = form.entries[row].question
