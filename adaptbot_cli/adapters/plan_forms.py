@@ -208,13 +208,10 @@ def as_pddl(plan: GroundPlan) -> str:
     """
     lines = [f"; {' '.join(plan.task.split())}: a plan for the domain {plan.domain}"]
     for step in plan.steps:
-        words = (step.action.name, *map(_pddl_word, step.arguments.values()))
+        given = (re.sub(r"[^\w.-]", "_", _text(value)) for value in step.arguments.values())
+        words = (step.action.name, *given)
         lines.append(f"({' '.join(plan.words.get(normal(word), word) for word in words)})")
     return "\n".join(lines) + "\n"
-
-
-def _pddl_word(value: object) -> str:
-    return re.sub(r"[^\w.-]", "_", _text(value))
 
 
 def spellings(texts: Iterable[str]) -> dict[str, str]:

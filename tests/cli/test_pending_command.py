@@ -2,7 +2,7 @@
 
 import pytest
 
-from adaptbot_cli.adapters.terminal.plan_editor import Names
+from adaptbot_cli.adapters.terminal.plan_editor import Completions
 from adaptbot_cli.adapters.transcript.loading import left_over
 from tests.cli.attended import CTRL_C, tty
 from tests.cli.command import Home
@@ -118,7 +118,7 @@ def test_names_are_completed_where_they_can_stand() -> None:
     from prompt_toolkit.completion import CompleteEvent
     from prompt_toolkit.document import Document
 
-    names = Names.of(workshop())
+    names = Completions.of(workshop())
 
     def completed(text: str) -> list[str]:
         found = names.get_completions(Document(text), CompleteEvent())

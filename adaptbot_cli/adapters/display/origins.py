@@ -166,7 +166,8 @@ def why(
     parts: list[RenderableType] = [cell(name, "bold")]
     for origin in ordered:
         triples = sorted(by_origin[origin], key=lambda t: words.order(t[1]))
-        parts += [origin_of(origin, words), indented(_fact(t, words) for t in triples)]
+        rows = [(cell(words.label(p), "dim"), cell(words.value(value))) for _, p, value in triples]
+        parts += [origin_of(origin, words), indented(rows)]
     if about is not None and not any(subject == URIRef(about["iri"]) for subject, _, _ in facts):
         parts += [cell("nobody taught it: it is as actions.ttl has it", "cyan"), action(about)]
     if past:
@@ -203,10 +204,6 @@ def _source(origin: Origin, words: Words) -> str:
     if origin.source == "state" and step[:1].isdigit():
         return f"the robot's step {step}"
     return _SOURCES.get(origin.source, origin.source).format(domain=words.domain.name)
-
-
-def _fact(triple: Triple, words: Words) -> tuple[Text, ...]:
-    return cell(words.label(triple[1]), "dim"), cell(words.value(triple[2]))
 
 
 def _past(past: Sequence[Turnover], words: Words) -> Iterable[tuple[Text, ...]]:

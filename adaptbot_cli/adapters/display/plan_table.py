@@ -193,15 +193,9 @@ def _where(places: Sequence[int], finding: Finding) -> str:
 
 def _sentence(finding: Finding) -> Text:
     text = plain_text(finding.message, longest=_SENTENCE)
-    options = _options(finding)
-    if options:
+    options = list(finding.candidates)
+    if options and not {*options} & {*re.findall(r"\w+", finding.message)}:
         text.append_text(plain_text(f"; could be {sentence_list(options)}", "dim", _SENTENCE))
     if finding.remedy:
         text.append_text(plain_text(f"; {finding.remedy} would mend that", "dim", _SENTENCE))
     return text
-
-
-def _options(finding: Finding) -> list[str]:
-    """The names that would do, unless the sentence has them."""
-    said_already = {*re.findall(r"\w+", finding.message)}
-    return [] if said_already & {*finding.candidates} else list(finding.candidates)

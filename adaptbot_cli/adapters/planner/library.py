@@ -320,8 +320,14 @@ class Library:
                 "adaptbot.toml or in ADAPTBOT_MODEL, or set a provider's key (OPENAI_API_KEY)."
             )
         plan, name = found
-        items = self._items(plan, name, turn)
-        return Proposal(self._allowed(plan.render(turn.task.name, items, turn.task), turn), calls=0)
+        text = plan.render(turn.task.name, self._items(plan, name, turn), turn.task)
+        # What names something excluded is left out.
+        lines = (
+            line
+            for line in text.splitlines()
+            if all(self._usable(name, turn) for name in _NAMED.findall(line))
+        )
+        return Proposal("\n".join(lines), calls=0)
 
     def _usable(self, name: str, turn: Propose) -> bool:
         """Whether a name may stand in a plan: one that is required and unsure is asked about."""
@@ -329,12 +335,6 @@ class Library:
             return True
         asked = any(set(self.kg.find(name)) & set(self.kg.find(n)) for n in turn.task.required)
         return not excludes(name, turn.task, self.kg) if asked else usable(name, turn.task, self.kg)
-
-    def _allowed(self, text: str, turn: Propose) -> str:
-        """A plan without the lines that name something excluded."""
-        lines = text.splitlines()
-        kept = (ln for ln in lines if all(self._usable(n, turn) for n in _NAMED.findall(ln)))
-        return "\n".join(kept)
 
     def _meant(self, turn: Propose) -> str:
         """The listed task that a slip of the pen in a task's name may mean, for a sentence."""

@@ -249,7 +249,9 @@ class TerminalHuman:
         likely = question.suggested
         marked = likely.value if likely else question.spec.marked
         at = next((n for n, choice in enumerate(choices) if choice.value == marked), 0)
-        choices = [_with_reason(choice, question) for choice in choices]
+        if likely:
+            why = f"suggested, {likely.reason}"
+            choices = [replace(c, then=why) if c.value == marked else c for c in choices]
         again = False
         while True:
             back = "back" if question.answered else ""
@@ -339,10 +341,3 @@ def _choice_of(question: Question, value: str) -> Choice:
     if value.startswith("new "):
         return Choice(value, f"{title(value.removeprefix('new '))} (new)")
     return Choice(value, labels.get(value, "I don't know" if value == UNKNOWN else title(value)))
-
-
-def _with_reason(choice: Choice, question: Question) -> Choice:
-    """A choice; a likely one with the reason why it is suggested."""
-    if question.suggested is None or choice.value != question.suggested.value:
-        return choice
-    return replace(choice, then=f"suggested, {question.suggested.reason}")

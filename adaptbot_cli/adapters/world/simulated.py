@@ -2,7 +2,7 @@
 
 import random
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rdflib import RDF, RDFS, BNode, URIRef
 from rdflib.term import Node
@@ -114,7 +114,10 @@ class SimulatedHome:
 
     def act(self, turn: Act) -> Seen:
         """Try a step on the truth."""
-        bound = self._in_truth(turn.bound)
+        # What was taught has an IRI of its own.
+        bound = replace(
+            turn.bound, values={key: self._true(node) for key, node in turn.bound.values.items()}
+        )
         why = self._why_not(bound)
         if not why:
             perform(bound, self.truth)
@@ -129,10 +132,6 @@ class SimulatedHome:
 
     def close(self) -> None:
         """Nothing is to be ended."""
-
-    def _in_truth(self, bound: Bound) -> Bound:
-        """An action with the things that are meant: what was taught has an IRI of its own."""
-        return Bound(bound.action, {name: self._true(node) for name, node in bound.values.items()})
 
     def _true(self, node: Node) -> Node:
         """The thing of the truth that something of the graph is, by its name."""
