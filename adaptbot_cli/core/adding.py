@@ -17,6 +17,7 @@ from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Parse, Run, forget_all
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Turn
+from adaptbot_cli.core.view import called
 
 Turns = Generator[Turn, Any, tuple[tuple[Lesson, ...], str | None]]
 
@@ -40,7 +41,7 @@ def teach_thing(name: str, kg: Kg, parse: Parse) -> Turns:
 
 def _teach(name: str, run: Run) -> Turns:
     report = Report(run.task, "", (), (), (), ())
-    if not run.kg.find(name):
+    if not called(run.kg, name):
         kinds = run.kg.domain.teachable
         report = yield from ask_about(run, report, asking.what_is(normal(name), kinds, ""))
     for entity in run.kg.find(name)[:1]:

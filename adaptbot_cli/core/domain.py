@@ -189,7 +189,8 @@ class Domain:
     of tasks that are not listed one by one, by name, with the goals that they share; `constraints`
     the diets and allergens; `part_words` what stands for the thing that it is a part of, as does
     "the door of the fridge"; `servings` is a SELECT of what has been served when a plan has run;
-    `filed_by` the property by which a large home's files are split.
+    `filed_by` the property by which a large home's files are split. `agent` is the robot that acts,
+    `robot` its name where it is not the domain's own.
     """
 
     iri: URIRef
@@ -216,6 +217,7 @@ class Domain:
     constraints: tuple[Constraint, ...] = ()
     filed_by: URIRef = RDF.type
     servings: str = ""
+    robot: str = ""
 
     @property
     def teachable(self) -> tuple[Kind, ...]:
@@ -228,6 +230,13 @@ class Domain:
         """The predicates that say what a thing is in or on."""
         found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
         return tuple(sorted(found))
+
+    @property
+    def moved(self) -> frozenset[URIRef]:
+        """Those of them that some action changes: a thing that has one can be moved."""
+        effects = (action.effect for action in self.actions.values())
+        changed = {predicate for effect in effects if effect for predicate in effect.predicates}
+        return frozenset(changed.intersection(self.locations))
 
     @property
     def places(self) -> frozenset[URIRef]:

@@ -17,6 +17,7 @@ from adaptbot_cli.core.domain import Domain, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.lint import misnamed
 from adaptbot_cli.core.names import a, nearest, sentence_list
+from adaptbot_cli.core.robots import hand_faults
 from adaptbot_cli.core.terms import (
     AB,
     ATTRIBUTES,
@@ -161,7 +162,7 @@ def suspects(kg: Kg) -> set[Node]:
                 if next(_range(kg, prop, node_of(value)), None):
                     quads = kg.engine.quads_for_pattern(None, term_of(prop.iri), value, None)
                     found |= {node_of(quad.subject) for quad in quads}
-    return found | _in_rings(kg)
+    return found | _in_rings(kg) | set(kg.robots)
 
 
 def _asked(kg: Kg, query: str) -> Any:
@@ -252,6 +253,9 @@ def _of(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
         yield from _misfits(kg, known)
         yield from _several_kinds(kg, about, types)
         yield from _unnamed(kg, about, known, types)
+        for problem, remedy, prop in hand_faults(kg, about) if about in kg.robots else ():
+            facts = [t for t in known if t[1] in (RDF.type, prop)]
+            yield _fault(kg, about, problem, remedy, facts)
     else:
         remedy = "give it a class in attributes.ttl"
         yield _fault(kg, about, "nothing says what it is", remedy, known)

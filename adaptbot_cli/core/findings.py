@@ -32,6 +32,7 @@ CODES: dict[str, Code] = {
     "E301": Code("attribute unknown"),
     "E302": Code("attribute rules it out"),
     "E401": Code("condition not met at this point"),
+    "E402": Code("another robot holds it"),
     "E501": Code("required item missing from the plan", blocks=False),
     "E502": Code("required item lost by a new plan", blocks=False),
     "E503": Code("goal not met", blocks=False),

@@ -59,6 +59,7 @@ class _Known:
     proper: dict[Node, str] = field(default_factory=dict)
     classes: dict[Node, frozenset[Node]] = field(default_factory=dict)
     instances: dict[frozenset[Node], list[URIRef]] = field(default_factory=dict)
+    robots: tuple[URIRef, ...] | None = None
     size: tuple[int, int] | None = None
 
 
@@ -414,9 +415,23 @@ class Kg:
             self._known.classes[entity] = frozenset(found)
         return self._known.classes[entity]
 
+    @property
+    def robots(self) -> tuple[URIRef, ...]:
+        """The robots of this home, sorted by IRI: that which acts, and what is of its class."""
+        if self._known.robots is None:
+            agent = self.domain.agent
+            found = {agent, *self.instances(self.store.objects(agent, RDF.type))}
+            self._known.robots = tuple(sorted(found))
+        return self._known.robots
+
     def is_a(self, entity: Node, classes: Iterable[Node]) -> bool:
         """Tell whether an entity belongs to one of some classes."""
         return not self.classes(entity).isdisjoint(classes)
+
+    def can_move(self, thing: Node) -> bool:
+        """Tell whether a thing is of a class whose members some action brings to other places."""
+        kinds = (kind for kind in self.domain.kinds.values() if kind.iri in self.classes(thing))
+        return any(kind.location_property in self.domain.moved for kind in kinds)
 
     def is_of(self, entity: Node, kind: Kind) -> bool:
         """Tell whether an entity is stated to be of this very kind."""

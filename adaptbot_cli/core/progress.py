@@ -97,7 +97,7 @@ def progress(report: Report, outcome: Outcome | None, kg: Kg) -> Progress:
     are told; a step that could not be taken has none.
     """
     deltas = report.deltas if outcome is None else outcome.deltas
-    trace = _Trace(kg, _movable(kg))
+    trace = _Trace(kg, kg.domain.moved)
     taken: list[tuple[int, str]] = []
     steps = zip(report.steps, report.bounds, deltas, strict=False)
     for number, (step, bound, delta) in enumerate(steps, start=1):
@@ -116,13 +116,6 @@ def progress(report: Report, outcome: Outcome | None, kg: Kg) -> Progress:
         stopped,
         frozenset(kg.name(hand) for hand in trace.hands),
     )
-
-
-def _movable(kg: Kg) -> frozenset[URIRef]:
-    """The location properties that some action changes: things that have one can be moved."""
-    changed = {p for a in kg.domain.actions.values() if a.effect for p in a.effect.predicates}
-    places = {kind.location_property for kind in kg.domain.kinds.values()}
-    return frozenset(iri for iri in places if iri is not None and iri in changed)
 
 
 @dataclass(slots=True)
@@ -162,19 +155,11 @@ class _Trace:
         added = sorted(delta.added)
         moves = {s: o for s, p, o in added if p in self.locations}
         held = [
-            o for s, p, o in added if s == agent and isinstance(o, URIRef) and self._can_move(o)
+            o for s, p, o in added if s == agent and isinstance(o, URIRef) and self.kg.can_move(o)
         ]
         for thing in held:
             self.hands.add(moves.setdefault(thing, agent))
         return moves
-
-    def _can_move(self, thing: Node) -> bool:
-        """Whether things of this class can be moved."""
-        return any(
-            kind.location_property in self.locations
-            for kind in self.kg.domain.kinds.values()
-            if kind.location_property and kind.iri in self.kg.classes(thing)
-        )
 
     def _contents(
         self, number: int, moves: Mapping[Node, Node], before: Mapping[Node, Node]
@@ -199,7 +184,7 @@ class _Trace:
         """Tell things what they are together with from now on, in a vessel that can be moved."""
         joined: dict[Node, list[Node]] = {}
         for thing, place in moves.items():
-            if place in self.hands or not self._can_move(place):
+            if place in self.hands or not self.kg.can_move(place):
                 continue
             met = self.met.setdefault(thing, set())
             new = [other for other in self._inside(place) if other != thing and other not in met]
@@ -234,7 +219,7 @@ class _Trace:
     def _used(self, number: int, bound: Bound) -> None:
         for thing in dict.fromkeys(bound.values.values()):
             shown = any(event.step == number for event in self.events.get(thing, ()))
-            if isinstance(thing, URIRef) and not shown and self._can_move(thing):
+            if isinstance(thing, URIRef) and not shown and self.kg.can_move(thing):
                 self._add(thing, Event(number, "used", (bound.action.name,)))
 
     def _inside(self, place: Node) -> list[Node]:
@@ -261,7 +246,7 @@ class _Trace:
     def _matters(self, thing: Node, wanted: set[str]) -> bool:
         """Whether a thing is more than a place that other things move through."""
         own = [e for e in self.events[thing] if e.kind not in ("gained", "lost")]
-        return bool(own) or self._can_move(thing) or normal(self.kg.name(thing)) in wanted
+        return bool(own) or self.kg.can_move(thing) or normal(self.kg.name(thing)) in wanted
 
     def _rank(self, thing: Node, wanted: set[str]) -> tuple[object, ...]:
         kinds = [k for k in self.kg.domain.kinds.values() if k.iri in self.kg.classes(thing)]

@@ -9,6 +9,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import nearest, normal
+from adaptbot_cli.core.robots import robot_called
 from adaptbot_cli.core.terms import STATES, local
 
 _MEMBERS = f"""
@@ -42,11 +43,9 @@ class Thing:
 
 
 def called(kg: Kg, name: str) -> tuple[URIRef, ...]:
-    """Return the things that bear a name; the robot is called as its class is, and needs none."""
-    agent = kg.domain.agent
-    found = kg.find(name)
-    alone = not found and normal(name) == normal(local(agent)) and (agent, None, None) in kg.facts
-    return (agent,) if alone else found
+    """Return the things that bear a name; a robot is called as its IRI ends, and needs none."""
+    robot = None if (found := kg.find(name)) else robot_called(kg, name)
+    return found if robot is None or (robot, None, None) not in kg.facts else (robot,)
 
 
 def thing(kg: Kg, entity: URIRef) -> Thing:

@@ -96,9 +96,8 @@ def fact_of(reply: object, kg: Kg) -> Triple:
 
 
 def _thing(name: object, kg: Kg) -> URIRef:
-    if isinstance(name, str) and name == kg.name(kg.domain.agent):
-        return kg.domain.agent
-    found = kg.find(name) if isinstance(name, str) else ()
+    robots = [robot for robot in kg.robots if kg.name(robot) == name]
+    found = robots or (kg.find(name) if isinstance(name, str) else ())
     if not found:
         raise ValueError(f'there is no "{str(name)[:60]}" in this home')
     return found[0]

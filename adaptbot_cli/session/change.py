@@ -293,9 +293,9 @@ def put(home: Home, name: str, prop: str, value: str) -> ProposedChange:
     from adaptbot_cli.session.build import stamp
 
     kg, thing = home.kg, _thing(home, name)
-    if thing == kg.domain.agent:
+    if thing in kg.robots:
         raise UsageError(
-            "what the robot holds and where it is, is kept as it acts; adaptbot kg retract "
+            "what a robot holds and where it is, is kept as it acts; adaptbot kg retract "
             f"{name} takes back what is not so"
         )
     own = {p.iri: p for p in kg.domain.properties.values() if kg.is_a(thing, [p.domain])}
@@ -316,9 +316,9 @@ def put(home: Home, name: str, prop: str, value: str) -> ProposedChange:
         what = ", ".join(choices) or f"a {question.number or 'text'}"
         raise UsageError(f'{found.label} of {name} cannot be "{value}"; it may be: {what}')
     delta = attribute(kg, thing, found, term)
-    if places:  # what has a place is not with the robot
-        held = kg.facts.triples((kg.domain.agent, None, thing))
-        delta = Delta(delta.removed | frozenset(held), delta.added)
+    if places:  # what has a place is with no robot
+        held = {t for robot in kg.robots for t in kg.facts.triples((robot, None, thing))}
+        delta = Delta(delta.removed | held, delta.added)
     sentence = in_words((thing, found.iri, term), kg)
     lesson = Lesson(delta, question, answer, sentence)
     return ProposedChange(delta, f"learn: {sentence}", tuple(of_lessons([lesson])))

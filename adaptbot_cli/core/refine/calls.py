@@ -14,6 +14,7 @@ from adaptbot_cli.core.plan import Call, Change, Finding, Parsed
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.request import doubtful
+from adaptbot_cli.core.robots import held_by_another
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import local
 
@@ -287,7 +288,14 @@ def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
         if isinstance(entity, URIRef):
             finding = _attribute(need, entity, bound, kg)
             findings += [finding] if finding else []
-    return findings or [*_nowhere(bound, kg)]
+    return findings or [*_with_another(bound, kg)] or [*_nowhere(bound, kg)]
+
+
+def _with_another(bound: Bound, kg: Kg) -> Iterator[Finding]:
+    """What another robot holds: that is out of reach."""
+    for thing in bound.values.values():
+        if isinstance(thing, URIRef) and (why := held_by_another(kg, thing)):
+            yield Finding("E402", why, kg.name(thing))
 
 
 def _nowhere(bound: Bound, kg: Kg) -> Iterator[Finding]:

@@ -13,6 +13,7 @@ from adaptbot_cli.core.domain import Action, Condition, Parameter
 from adaptbot_cli.core.kg import Bindings, Kg
 from adaptbot_cli.core.refine.calls import attribute_findings
 from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.robots import held_by_another
 from adaptbot_cli.core.sparql import mentions, ruled_out
 from adaptbot_cli.core.terms import Triple
 
@@ -78,7 +79,8 @@ def readings(bound: Bound, kg: Kg) -> Iterator[Bound]:
             return
         given = {"agent": kg.domain.agent, **values}
         found = kg.values(left[0].default, left[0].name, given)
-        for value in found or (None,):
+        free = [value for value in found if not held_by_another(kg, value)]
+        for value in free or found or (None,):
             yield from fill(values if value is None else {**values, left[0].name: value}, left[1:])
 
     for values in fill(dict(bound.values), missing):
