@@ -13,6 +13,7 @@ from adaptbot_cli.cli.common import (
     JsonOption,
     KgOption,
     RequiresOption,
+    RobotOption,
     WithoutOption,
     WorkspaceOption,
     console,
@@ -30,6 +31,7 @@ def check(
         str, typer.Argument(metavar="PLAN", help="A file with a plan, or - for stdin.")
     ] = "",
     domain: DomainOption = None,
+    robot: RobotOption = "",
     kg: KgOption = None,
     requires: RequiresOption = None,
     without: WithoutOption = None,
@@ -56,7 +58,7 @@ def check(
     home = workspace(workspace_dir)
     text = read_plan(plan)
     started = time.monotonic()
-    graph = graphs.load(home, domain_name(domain, home), kg or ())
+    graph = graphs.load(home, domain_name(domain, home), kg or (), robot=robot)
     wanted, banned = items(requires), items(without)
     result = replay.check_request(text, task, home, graph, wanted, banned, not no_repair)
     if json:

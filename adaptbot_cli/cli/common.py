@@ -42,6 +42,15 @@ DomainOption = Annotated[
         autocompletion=completion.domains,
     ),
 ]
+RobotOption = Annotated[
+    str,
+    home_option(
+        "--robot",
+        metavar="NAME",
+        help="The robot of this home that acts (the domain's own).",
+        autocompletion=completion.robots,
+    ),
+]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object on stdout.")]
 RequiresOption = Annotated[
     str | None,
@@ -134,6 +143,7 @@ def opened(
     model: str | None,
     api_base: str | None = None,
     said_by: str = "--model",
+    robot: str = "",
 ) -> "Chosen":
     """Choose who plans and print the first line of a run, before anything slow; a model is got
     ready meanwhile. Raises UsageError."""
@@ -142,7 +152,8 @@ def opened(
     home.folder(domain)
     note_ignored(home)
     chosen = choose(model, home.settings, os.environ, api_base, said_by)
-    show_opening(screen, task, domain, chosen.name, chosen.why)
+    where = f"{domain} as {robot}" if robot else domain
+    show_opening(screen, task, where, chosen.name, chosen.why)
     if chosen.model is not None:
         from adaptbot_cli.adapters.planner.provider import load_early
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Pairs = Iterator[tuple[str, str]]
 """What can be put in, each with a word about it."""
 
-_FORM = b"names 1"
+_FORM = b"names 2"
 """Changes with what the index holds."""
 
 _SAFE = re.compile(r"\w[\w.+~-]*")
@@ -32,7 +32,8 @@ _REVISIONS, _MOST = 50, 32
 
 
 def index(home: "Workspace", domain: str) -> dict[str, list[str]]:
-    """Return the names in a domain of a home by what they name: thing, class, action, task.
+    """Return the names in a domain of a home by what they name: thing, class, action, task,
+    robot.
 
     Raises:
         UsageError, KnowledgeError, PackError: there is no such domain, or it cannot be read.
@@ -46,7 +47,9 @@ def index(home: "Workspace", domain: str) -> dict[str, list[str]]:
     if data is None:
         data = "\n".join(_rows(files, str(home.folder(domain)))).encode()
         cache.write("names", key, data, _MOST)
-    found: dict[str, list[str]] = {"thing": [], "class": [], "action": [], "task": []}
+    found: dict[str, list[str]] = {
+        kind: [] for kind in ("thing", "class", "action", "task", "robot")
+    }
     for row in data.decode("utf-8", "replace").splitlines():
         kind, _, name = row.partition(" ")
         found.get(kind, []).append(name)
@@ -64,6 +67,7 @@ def _rows(files: dict[str, bytes], where: str) -> Iterator[str]:
         "class": {normal(kind.label) for kind in kg.domain.kinds.values()},
         "action": set(kg.domain.actions),
         "task": {normal(task.name) for task in kg.domain.tasks},
+        "robot": {kg.name(robot) for robot in kg.robots},
     }
     for kind, names in named.items():
         yield from (f"{kind} {visible(name)}" for name in sorted(names))
@@ -155,6 +159,7 @@ things = _named("thing")
 taught = _named("thing", "action")
 anything = _named("thing", "class", "action", "task")
 tasks = _named("task")
+robots = _named("robot")
 plans = _completer(_plans)
 runs = _completer(_runs)
 revisions = _completer(_revisions)

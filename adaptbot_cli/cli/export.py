@@ -8,7 +8,14 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.check import read_plan
-from adaptbot_cli.cli.common import DomainOption, WorkspaceOption, console, domain_name, workspace
+from adaptbot_cli.cli.common import (
+    DomainOption,
+    RobotOption,
+    WorkspaceOption,
+    console,
+    domain_name,
+    workspace,
+)
 from adaptbot_cli.cli.help import output_option, task_option
 from adaptbot_cli.cli.run import FINDINGS
 
@@ -46,6 +53,7 @@ def export(
         ),
     ] = "",
     domain: DomainOption = None,
+    robot: RobotOption = "",
     output: Annotated[
         Path | None, output_option("-o", "--output", metavar="FILE", help="Write it here.")
     ] = None,
@@ -60,7 +68,7 @@ def export(
 
     home = workspace(workspace_dir)
     if plan == "-" or (Path(plan).is_file() and Path(plan).suffix != ".yaml"):
-        graph = graphs.load(home, domain_name(domain, home))
+        graph = graphs.load(home, domain_name(domain, home), robot=robot)
         found = export_text(read_plan(plan), task, home, graph, form)
     else:
         found = export_run(find_run(home, plan or None), home, form)

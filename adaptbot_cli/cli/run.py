@@ -18,6 +18,7 @@ from adaptbot_cli.cli.common import (
     MaxCostOption,
     MaxTokensOption,
     RequiresOption,
+    RobotOption,
     TimeoutOption,
     WithoutOption,
     WorkspaceOption,
@@ -138,6 +139,7 @@ def run(
     ] = False,
     json: JsonOption = False,
     domain: DomainOption = None,
+    robot: RobotOption = "",
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Plan a task, check it against this home, ask what is not known, and learn it."""
@@ -156,12 +158,13 @@ def run(
     home = workspace(workspace_dir)
     named = domain_name(domain, home)
     screen = console(stderr=json)
-    chosen = opened(screen, home, asked, named, model, api_base)
+    chosen = opened(screen, home, asked, named, model, api_base, robot=robot)
     from adaptbot_cli.session.build import Request  # slow: the first line is there by now
 
     request = Request(
         task=asked,
         domain=named,
+        robot=robot,
         chosen=chosen,
         policy=str(home.setting("policy", policy)),  # type: ignore[arg-type]
         replans=home.setting("replans", replans),

@@ -143,6 +143,7 @@ def _sheet(found: "list[RunDetails]") -> "RenderableType":
         ("run", [f"{name} {run.short}".strip() for name, run in zip(names, runs, strict=True)]),
         ("task", [run.task for run in runs]),
         ("domain", [run.domain for run in runs]),
+        ("robot", [run.robot for run in runs]),
         ("planner", [run.planner for run in runs]),
         ("policy", [each.policy for each in found]),
         ("without", [", ".join(each.without) for each in found]),
@@ -307,6 +308,7 @@ def resume(
 
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.session import build, runs
+    from adaptbot_cli.session.graphs import robot_of
 
     home = workspace(workspace_dir)
     path = runs.cut_off(home, run)
@@ -322,11 +324,13 @@ def resume(
             note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
         record = {"model": "library"} if record.get("model") == "library" else {}
     model, base = _text(record, "model") or None, _text(record, "api_base") or None
-    chosen = opened(screen, home, _text(header, "task"), domain, model, base, _ORIGIN)
+    task, robot = _text(header, "task"), robot_of(header)
+    chosen = opened(screen, home, task, domain, model, base, _ORIGIN, robot)
     limits = {**home.settings, **record} if not own else record
     request = build.Request(
-        task=_text(header, "task"),
+        task=task,
         domain=domain,
+        robot=robot,
         chosen=chosen,
         policy=header.get("policy", "tutor"),
         replans=min(header.get("replans", 3), 20),

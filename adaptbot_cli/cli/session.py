@@ -31,6 +31,7 @@ _HELP = (
     ("undo", "take back the last thing learned"),
     ("plans", "the plans that are kept for tasks"),
     ("domain NAME", "go on in another domain"),
+    ("robot NAME", "go on as another robot of this home"),
     ("runs, resume, pending, …", "every command of `adaptbot --help`"),
     ("quit", "or Ctrl-D"),
 )
@@ -45,13 +46,13 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
     from adaptbot_cli.cli.common import console, domain_name, workspace
 
     home = workspace(None)
-    known, domain = frozenset(commands), domain_name(None, home)
+    known, domain, robot = frozenset(commands), domain_name(None, home), ""
     out = console(stderr=True)
     message = f"help shows what to say · knowledge in {home.root}"
     out.print(message, style="dim", markup=False, soft_wrap=True)
     lines = _Lines(out, lambda: _names(domain))
     while True:
-        line = lines.read(domain)
+        line = lines.read(f"{domain} as {robot}" if robot else domain)
         if line is None or line in ("quit", "exit"):
             return
         words = _words(line)
@@ -59,22 +60,38 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
             for phrase, what in _HELP:
                 out.print(f"  {phrase:<26} {what}", markup=False, highlight=False)
         elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():
-            domain = words[1]
+            domain, robot = words[1], ""
+        elif words[:1] == ["robot"] and len(words) == 2 and _is_robot(words[1], domain):
+            robot = words[1]
         elif words and (meant := _misspelt(words[0], known)):
             out.print(f"there is no command {words[0]}; did you mean {meant}?", markup=False)
         elif words:
             with suppress(SystemExit):  # what went wrong was said
-                carry_out(arguments_of(line, domain, known))
+                carry_out(arguments_of(line, domain, known, robot))
 
 
-def arguments_of(line: str, domain: str, commands: frozenset[str]) -> list[str]:
+def arguments_of(line: str, domain: str, commands: frozenset[str], robot: str = "") -> list[str]:
     """Return the arguments that a line stands for: a command's, or a task to be run."""
     words = _words(line)
+    acting = ["--robot", robot] if robot else []
     if words[0] in SHORT:
-        return [*SHORT[words[0]], *words[1:], "--domain", domain]
+        own = acting if SHORT[words[0]][0] == "run" else []
+        return [*SHORT[words[0]], *words[1:], "--domain", domain, *own]
     if words[0] in commands:
         return words
-    return ["run", "--domain", domain, "--", line]
+    return ["run", "--domain", domain, *acting, "--", line]
+
+
+def _is_robot(name: str, domain: str) -> bool:
+    """Whether a name is that of a robot of this home."""
+    from adaptbot_cli.cli.common import workspace
+    from adaptbot_cli.cli.completion import index
+    from adaptbot_cli.errors import AdaptbotError
+
+    try:
+        return name in index(workspace(None), domain)["robot"]
+    except AdaptbotError:  # told by whatever command comes next
+        return False
 
 
 def _misspelt(word: str, commands: frozenset[str]) -> str:
@@ -82,7 +99,7 @@ def _misspelt(word: str, commands: frozenset[str]) -> str:
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.cli.help import nearest
 
-    known = {*SHORT, *commands, "domain", "help", "quit", "exit"}
+    known = {*SHORT, *commands, "domain", "robot", "help", "quit", "exit"}
     near = None if word in known else nearest(word, sorted(known), 0.75)
     return near if near and not WordNet().senses(word) else ""
 
@@ -101,7 +118,7 @@ def _names(domain: str) -> list[str]:
     from adaptbot_cli.cli.completion import index
     from adaptbot_cli.errors import AdaptbotError
 
-    own = [*SHORT, "domain", "help", "quit"]
+    own = [*SHORT, "domain", "robot", "help", "quit"]
     try:
         named = index(workspace(None), domain)
     except AdaptbotError:  # told by whatever command comes next
@@ -139,19 +156,19 @@ class _Lines:
             **terminal(out),
         )
 
-    def read(self, domain: str) -> str | None:
+    def read(self, prompt: str) -> str | None:
         """Return the next line, None at the end of input; Ctrl-C empties the line."""
         import sys
 
         while True:
             try:
                 if self.session is None:
-                    self.out.print(f"{domain}> ", end="", markup=False)
+                    self.out.print(f"{prompt}> ", end="", markup=False)
                     typed = sys.stdin.readline()
                     if not typed:
                         return None
                 else:
-                    typed = self.session.prompt(f"{domain}> ")
+                    typed = self.session.prompt(f"{prompt}> ")
             except EOFError:
                 return None
             except KeyboardInterrupt:

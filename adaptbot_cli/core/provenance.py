@@ -30,7 +30,8 @@ class Origin:
 
     `source` is "pack", "answer", "state", "hand edit", "import", "retract", "revert", "update",
     "git" (committed by other means), "start" (there when versions began) or "uncommitted".
-    `answer` is the answer's id, to take it back by; `suggestion` as in `Told`.
+    `answer` is the answer's id, to take it back by; `suggestion` as in `Told`; `robot` is which one
+    acted, where it is not the domain's own.
     """
 
     source: str
@@ -47,6 +48,7 @@ class Origin:
     by: str = ""
     at: str = ""
     suggestion: str = ""
+    robot: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """Return what is known of it as a plain object."""

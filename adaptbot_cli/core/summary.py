@@ -33,6 +33,7 @@ def summary(
     return {
         "task": task.said or task.name or None,
         "domain": kg.domain.name,
+        **({"robot": kg.domain.robot} if kg.domain.robot else {}),
         "planner": planner,
         "request": asked([task]),
         "outcome": result.verdict,

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.transcript.recorder import Recorder
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.adapters.world.simulated import SimulatedHome
+    from adaptbot_cli.core.domain import Domain
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.plan import Finding
     from adaptbot_cli.core.request import Reading
@@ -54,7 +55,7 @@ class Request:
     executed; `resumes` is the transcript to go on with. `world` is what carries the plan out, None
     for a rehearsal: a Turtle file, in which steps slip with the probability `noise`, or
     `exec:COMMAND`, which has `act_timeout` seconds for a step; `confirm` says which steps the
-    person agrees to.
+    person agrees to; `robot` is the name of the one that acts, "" for the domain's own.
     """
 
     task: str
@@ -84,6 +85,7 @@ class Request:
     act_timeout: float = ACT_SECONDS
     confirm: Confirm = "none"
     prompt: str = "auto"
+    robot: str = ""
 
 
 @dataclass(slots=True)
@@ -176,13 +178,14 @@ def build(
     from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans
+    from adaptbot_cli.core.robots import acting_as
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
     human = human_of(request, prompts)
     sharing = None if request.dry_run else _sharing(request, workspace, human, console)
     start = None if request.dry_run else started_on(request.domain, workspace)
-    kg = start.kg if start else load(workspace, request.domain)
+    kg = acting_as(start.kg if start else load(workspace, request.domain), request.robot)
     words = WordNet()
     # Read for the plans that are kept, and by the run: once.
     read = cache(reader(kg, workspace, request.requires, request.without, words))
@@ -209,7 +212,7 @@ def build(
         store: Store = Nowhere()
         if start is not None:
             session.plans = "changed" if chosen.model is None else "any"
-            store = session.keeper = keeper_of(request, workspace, planner.name, transcript)
+            store = session.keeper = keeper_of(kg.domain, workspace, planner.name, transcript)
             session.revisions[0], session.edited = start.revision, start.edited
             _show_edits(console, session.edited, kg)
             for note in (*start.notes, *map("left out: {}".format, broken.values())):
@@ -367,7 +370,7 @@ def started_on(domain: str, workspace: Workspace) -> "WorkspaceStart":
 
 
 def keeper_of(
-    request: Request, workspace: Workspace, planner: str, transcript: Path | None
+    domain: "Domain", workspace: Workspace, planner: str, transcript: Path | None
 ) -> "Keeper":
     """Return the store of a workspace's domain, with where what it keeps will come from."""
     from adaptbot_cli.adapters.planner.kept import plan_file
@@ -377,10 +380,8 @@ def keeper_of(
     if transcript is not None:
         inside = transcript.is_relative_to(workspace.transcripts)
         name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
-    source = CommitSource(planner, name, started)
-    return Keeper(
-        workspace.root, request.domain, source, plan_file=plan_file, large=workspace.large
-    )
+    source = CommitSource(planner, name, started, domain.robot)
+    return Keeper(workspace.root, domain.name, source, plan_file=plan_file, large=workspace.large)
 
 
 @contextmanager
@@ -419,6 +420,7 @@ def _header(session: Session) -> dict[str, Any]:
     return {
         "task": request.task,
         "domain": request.domain,
+        **({"robot": session.kg.domain.robot} if session.kg.domain.robot else {}),
         "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
         "policy": request.policy,
         "replans": session.replans,

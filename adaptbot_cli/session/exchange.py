@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from rdflib import RDF
+
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question, side_of
 from adaptbot_cli.core.names import normal, variants
@@ -97,8 +99,13 @@ class Served:
         named = sorted({name for text in texts for name in _named(text)})
         kg = self.home.kg
         things: set[Node] = {thing for name in named for thing in kg.find(name)}
-        things.add(kg.domain.agent)
-        kinds = [k.iri for k in kg.domain.kinds.values() if k.hand or normal(k.label) in named]
+        things.update(kg.robots)  # what another one holds is not free
+        own = {kind for robot in kg.robots for kind in kg.facts.objects(robot, RDF.type)}
+        kinds = [
+            k.iri
+            for k in kg.domain.kinds.values()
+            if k.hand or k.iri in own or normal(k.label) in named
+        ]
         return self._merge(self.shared.about(things, named, kinds))
 
     def _merge(self, fetched: "Fetched") -> Exchange:

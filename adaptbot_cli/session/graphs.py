@@ -16,11 +16,16 @@ EDITS = " with edits"
 
 
 def load(
-    workspace: Workspace, domain: str, facts: Sequence[Path] = (), at: str | None = None
+    workspace: Workspace,
+    domain: str,
+    facts: Sequence[Path] = (),
+    at: str | None = None,
+    robot: str = "",
 ) -> "Kg":
     """Load a domain's graph: the workspace's or the bundled one.
 
-    `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace.
+    `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace;
+    `robot` is the name of the one that acts, "" for the domain's own.
     What a killed run left half written is finished or undone first; what is being written is read
     before or after, not in between.
 
@@ -29,13 +34,14 @@ def load(
     """
     from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
+    from adaptbot_cli.core.robots import acting_as
 
     if at is not None:
         workspace.folder(domain)
-        return load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}")
+        return acting_as(load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}"), robot)
     files = settled(workspace.root, lambda: workspace.files(domain))
     where = str(workspace.folder(domain))
-    return load_kg(files, where, read_graphs(facts), workspace.large)
+    return acting_as(load_kg(files, where, read_graphs(facts), workspace.large), robot)
 
 
 def reader(
@@ -56,14 +62,16 @@ def reader(
 
 
 def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
-    """The graph that a transcript was made on: the bundled one, or a revision of the workspace.
+    """The graph that a transcript was made on: the bundled one, or a revision of the workspace, as
+    the robot of its run acts on it.
 
     Raises:
-        UsageError: its domain is none of those there are, or it cannot be played again.
+        UsageError: its domain or robot is none of those there are, or it cannot be played again.
         KnowledgeError: the workspace has no such revision.
     """
     from adaptbot_cli.adapters.store.files import read_files
     from adaptbot_cli.adapters.store.reading import load_kg
+    from adaptbot_cli.core.robots import acting_as
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.resources import bundled
 
@@ -77,8 +85,14 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
         folder = bundled("kg") / domain
         if not (folder / "domain.ttl").is_file():
             raise UsageError(f'{path}: there is no bundled domain "{domain}"')
-        return load_kg(read_files(folder), f"kg/{domain}")
-    return load_kg(_files_at(workspace, domain, graph), f"kg/{domain} at {graph[:10]}")
+        return acting_as(load_kg(read_files(folder), f"kg/{domain}"), robot_of(header))
+    files = _files_at(workspace, domain, graph)
+    return acting_as(load_kg(files, f"kg/{domain} at {graph[:10]}"), robot_of(header))
+
+
+def robot_of(header: Mapping[str, Any]) -> str:
+    """Return which robot acted in a transcript's run, "" if it was the domain's own."""
+    return str(header.get("robot") or "")
 
 
 def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tuple["Kg", bool]:
@@ -86,7 +100,7 @@ def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tup
     hand, which were no revision, are taken as they are now. Raises as `kg_of` does."""
     edited = str(header.get("graph", "")).endswith(EDITS)
     if edited:
-        return load(workspace, str(header.get("domain", ""))), True
+        return load(workspace, str(header.get("domain", "")), robot=robot_of(header)), True
     return kg_of(header, path, workspace), False
 
 

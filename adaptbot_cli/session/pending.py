@@ -117,7 +117,7 @@ def sit_down(
     path = _sittings(workspace) / name
     human = _remembering(workspace, human_of(request, prompts))
     start = started_on(request.domain, workspace)
-    keeper = keeper_of(request, workspace, "pending answer", path)
+    keeper = keeper_of(open_.kg.domain, workspace, "pending answer", path)
     header = {
         "sitting": list(open_.runs),
         "domain": request.domain,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli import trust
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
-from adaptbot_cli.session.graphs import kg_again
+from adaptbot_cli.session.graphs import kg_again, robot_of
 from adaptbot_cli.session.replay import replay
 from adaptbot_cli.workspace import Workspace
 
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 class PastRun:
     """A run as its transcript tells it; `outcome` is "" if it has not ended.
 
-    `short` is the beginning of its id that no other run's id begins with.
+    `short` is the beginning of its id that no other run's id begins with; `robot` is "" if the
+    domain's own acted.
     """
 
     id: str
@@ -35,6 +36,7 @@ class PastRun:
     world: str
     outcome: str
     goal_met: bool
+    robot: str = ""
 
     @property
     def told(self) -> str:
@@ -48,7 +50,8 @@ class PastRun:
 
     def as_json(self) -> dict[str, Any]:
         """Return the run as a plain object."""
-        return {**asdict(self), "outcome": self.outcome or None, "world": self.world or None}
+        found = {**asdict(self), "outcome": self.outcome or None, "world": self.world or None}
+        return {name: value for name, value in found.items() if name != "robot" or value}
 
 
 def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[PastRun]:
@@ -172,7 +175,8 @@ def _past(path: Path, short: str, header: Mapping[str, Any], end: Mapping[str, A
         str(header.get(key) or "") for key in ("task", "domain", "planner", "world")
     )
     outcome, met = str(end.get("outcome") or ""), end.get("goal_met") is True
-    return PastRun(path.stem, short, task, domain, planner, world, outcome, met)
+    robot = robot_of(header)
+    return PastRun(path.stem, short, task, domain, planner, world, outcome, met, robot)
 
 
 _EDITED = "hand-edited files were not committed before this run: told on the files as they are now"

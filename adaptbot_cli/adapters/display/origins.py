@@ -118,7 +118,7 @@ def log(chapters: Sequence[Chapter], words: Words, detailed: bool) -> Renderable
 def _head(chapter: Chapter) -> RenderableType:
     origin = chapter.origin
     planner = "" if origin.planner == "none" else origin.planner
-    text = joined((chapter.by(), origin.task, planner), "")
+    text = joined((chapter.by(), origin.task, origin.robot, planner), "")
     first = Text.assemble((origin.revision[:7], "yellow"), f"  {minute(origin.when)}  ", text)
     if chapter.answers:
         return first
@@ -182,6 +182,7 @@ def origin_of(origin: Origin, words: Words) -> RenderableType:
         origin.by or origin.author,
         minute(origin.at or origin.when),
         origin.task,
+        origin.robot,
         "" if origin.planner == "none" else origin.planner,
         origin.transcript,
     )

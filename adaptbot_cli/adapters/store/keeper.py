@@ -54,11 +54,20 @@ says so, the planner's name and the transcript's."""
 
 @dataclass(frozen=True, slots=True)
 class CommitSource:
-    """Where what is learned comes from: named in every commit."""
+    """Where what is learned comes from: named in every commit.
+
+    `robot` is which one acted, where it is not the domain's own.
+    """
 
     planner: str
     transcript: str
     now: Callable[[], datetime]
+    robot: str = ""
+
+    def trailers(self, task: str) -> list[tuple[str, str]]:
+        """Return the trailers of a commit of a run of a task."""
+        acted = [("Robot", self.robot)] if self.robot else []
+        return [("Task", task), ("Planner", self.planner), *acted]
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +205,7 @@ class Keeper:
         """
         more = len(turn.lessons) - 1
         title = turn.lessons[0].sentence + (f" (and {more} more)" if more else "")
-        trailers = [("Task", turn.task.name), ("Planner", self.origin.planner)]
+        trailers = self.origin.trailers(turn.task.name)
         trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
         sentences = [lesson.sentence for lesson in turn.lessons]
         message = compose(f"learn: {title}", [*trailers, *of_lessons(turn.lessons)], sentences)
@@ -212,7 +221,7 @@ class Keeper:
 
     def believe(self, turn: Believe) -> Kept:
         """Commit what a step did and what was seen then, with the step. Raises as `keep` does."""
-        trailers = [("Task", turn.task.name), ("Planner", self.origin.planner)]
+        trailers = self.origin.trailers(turn.task.name)
         trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
         trailers += [("Step", turn.step)] if turn.step else []
         message = compose(f"state: {turn.step or 'seen before the first step'}", trailers)
@@ -226,8 +235,7 @@ class Keeper:
 
     def apply(self, task: str, deltas: Iterable[Delta]) -> str | None:
         """Commit the state that an executed plan leaves. Raises KnowledgeError as `keep` does."""
-        trailers = (("Task", task), ("Planner", self.origin.planner))
-        message = compose(f'state: after "{task}"', trailers)
+        message = compose(f'state: after "{task}"', self.origin.trailers(task))
         return self.change(net(deltas), message, hint="what was learned has been kept")
 
     def change(

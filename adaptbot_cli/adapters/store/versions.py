@@ -356,7 +356,7 @@ class Versions:
             return PACK if triple in pack else replace(about, source="start")
         if about.source == "answer":
             # A run of the first edition took along what was edited by hand meanwhile.
-            return replace(about, source="hand edit", task="", planner="", transcript="")
+            return replace(about, source="hand edit", task="", planner="", transcript="", robot="")
         return about
 
     @lru_cache(maxsize=256)  # noqa: B019
@@ -392,6 +392,7 @@ def _of_commit(commit: Commit) -> Origin:
         fields.get("Planner", ""),
         fields.get("Transcript", ""),
         by=fields.get("By", ""),
+        robot=fields.get("Robot", ""),
     )
 
 

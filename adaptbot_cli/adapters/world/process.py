@@ -94,6 +94,7 @@ class Process:
         hello = {
             "hello": VERSION,
             "domain": domain.name,
+            **({"robot": domain.robot} if domain.robot else {}),
             "task": turn.task.said or turn.task.name,
             "actions": [
                 {"name": action.name, "parameters": [p.name for p in action.parameters]}
