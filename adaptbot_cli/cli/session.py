@@ -44,6 +44,7 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
     all commands.
     """
     from adaptbot_cli.cli.common import console, domain_name, workspace
+    from adaptbot_cli.errors import AdaptbotError
 
     home = workspace(None)
     known, domain, robot = frozenset(commands), domain_name(None, home), ""
@@ -61,8 +62,11 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
                 out.print(f"  {phrase:<26} {what}", markup=False, highlight=False)
         elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():
             domain, robot = words[1], ""
-        elif words[:1] == ["robot"] and len(words) == 2 and _is_robot(words[1], domain):
-            robot = words[1]
+        elif words[:1] == ["robot"] and len(words) == 2:
+            try:
+                robot = _robot(words[1], domain)
+            except AdaptbotError as error:
+                out.print(f"error: {error}", markup=False, soft_wrap=True)
         elif words and (meant := _misspelt(words[0], known)):
             out.print(f"there is no command {words[0]}; did you mean {meant}?", markup=False)
         elif words:
@@ -82,16 +86,16 @@ def arguments_of(line: str, domain: str, commands: frozenset[str], robot: str = 
     return ["run", "--domain", domain, *acting, "--", line]
 
 
-def _is_robot(name: str, domain: str) -> bool:
-    """Whether a name is that of a robot of this home."""
-    from adaptbot_cli.cli.common import workspace
-    from adaptbot_cli.cli.completion import index
-    from adaptbot_cli.errors import AdaptbotError
+def _robot(name: str, domain: str) -> str:
+    """The name of a robot of this home, "" for the domain's own.
 
-    try:
-        return name in index(workspace(None), domain)["robot"]
-    except AdaptbotError:  # told by whatever command comes next
-        return False
+    Raises:
+        AdaptbotError: there is none such, or the home cannot be read.
+    """
+    from adaptbot_cli.cli.common import workspace
+    from adaptbot_cli.session import graphs
+
+    return graphs.load(workspace(None), domain, robot=name).domain.robot
 
 
 def _misspelt(word: str, commands: frozenset[str]) -> str:

@@ -21,6 +21,21 @@ def test_a_line_is_a_command_or_else_a_task(line: str, arguments: list[str]) -> 
     assert arguments_of(line, "kitchen", frozenset({"runs", "kg"})) == arguments
 
 
+@pytest.mark.parametrize(
+    ("line", "arguments"),
+    [
+        ("make tea", ["run", "--domain", "kitchen", "--robot", "robot2", "--", "make tea"]),
+        (
+            "plan tea",
+            ["run", "--dry-run", "tea", "--domain", "kitchen", "--robot", "robot2"],
+        ),
+        ("show egg", ["kg", "show", "egg", "--domain", "kitchen"]),
+    ],
+)
+def test_a_task_is_for_the_robot_that_acts(line: str, arguments: list[str]) -> None:
+    assert arguments_of(line, "kitchen", frozenset({"runs"}), "robot2") == arguments
+
+
 def test_one_thing_after_the_other_and_an_error_ends_only_its_line(home: Home) -> None:
     lines = (
         b"show gerlic\nshwo egg\nplan make tea\ndomain household\nshow mop\nhelp\nquit\nshow egg\n"

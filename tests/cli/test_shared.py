@@ -4,6 +4,7 @@ import base64
 import shutil
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import parse_qs
@@ -28,6 +29,14 @@ from tests.cli.command import Home
 MOVED = (
     "DELETE {{ ex:{0} ex:obj_location ?x }} INSERT {{ ex:{0} ex:obj_location ex:{1} }}"
     " WHERE {{ ex:{0} ex:obj_location ?x }}"
+)
+SECOND = (
+    "INSERT DATA { ex:robot2 a ex:agent ; ex:has_hand ex:robot2_arm . "
+    "ex:robot2_arm a ex:hand ; ex:rec_name 'robot2_arm' }"
+)
+HELD = (
+    "DELETE { ex:egg ex:obj_location ?x } INSERT { ex:egg ex:obj_location ex:robot2_arm . "
+    "ex:robot2 ex:obj_in_hand ex:egg } WHERE { ex:egg ex:obj_location ?x }"
 )
 NEW = "INSERT DATA {{ ex:{0} a ex:object ; ex:obj_name '{0}' ; ex:obj_location ex:fridge }}"
 
@@ -214,6 +223,43 @@ def test_a_run_fetches_what_it_touches_in_few_calls_and_sends_what_it_learned(
     away = {"ADAPTBOT_KG_ENDPOINT": "http://127.0.0.1:1/"}
     ended = home.adaptbot("run", "make omelette", "--no-human", **away)
     assert ended.code == 0 and "adaptbot kg push sends it" in ended.said
+
+
+def test_two_robots_at_one_server_at_once_keep_their_own_hands_and_places(
+    server: Server, tmp_path: Path
+) -> None:
+    """One makes tea, the other a fruit salad; then each knows where the other is and what it
+    holds."""
+    there = {"ADAPTBOT_KG_ENDPOINT": server.url}
+    homes = [Home(tmp_path / name) for name in ("first", "second")]
+    for home in homes:
+        home.folder.mkdir()
+    begun(homes[0].workspace)
+    change(homes[0].workspace, SECOND)
+    served(homes[0].workspace).push()
+    served(homes[1].workspace).pull()
+    asked = (("make tea", "robot"), ("make fruit salad", "robot2"))
+    with ExitStack() as stack:
+        at_work = [
+            stack.enter_context(
+                home.begun("run", task, "--robot", robot, "--apply", "--no-human", **there)
+            )
+            for home, (task, robot) in zip(homes, asked, strict=True)
+        ]
+        for ended in [each.ends() for each in at_work]:
+            assert ended.code == 0 and "goal met" in ended.said, ended.said
+    for home in homes:
+        served(home.workspace).pull(everything=True)
+    facts = known(homes[0].workspace).facts
+    assert facts == known(homes[1].workspace).facts
+    near = {(s, o) for s, p, o in facts if p == ex("agent_near")}
+    assert {s for s, _ in near} == {ex("robot"), ex("robot2")} and len(near) == 2
+    # What the one picks up is in its own hand, and the other is told so by its next run.
+    change(homes[1].workspace, HELD)
+    served(homes[1].workspace).push()
+    ended = homes[0].adaptbot("run", "make omelette", "--no-human", "--json", **there)
+    assert ended.code == 3
+    assert "robot2 holds egg" in {found["message"] for found in ended.json()["findings"]}
 
 
 @pytest.mark.parametrize(

@@ -276,6 +276,7 @@ def test_what_is_said_to_the_process_is_as_the_protocol_has_it(home: Home) -> No
     assert rude(home, "polite").code == 0
     hello, *acts, stop = heard(home)
     assert hello["hello"] == 1 and hello["task"] == "make tea" and hello["domain"] == "kitchen"
+    assert "robot" not in hello
     assert {"name": "move", "parameters": ["place"]} in hello["actions"]
     assert acts[1] == {
         "act": 2,
@@ -311,6 +312,31 @@ def test_ctrl_c_stops_after_the_step_at_hand_and_resume_goes_on_from_there(home:
     assert ended.code == 0 and "goal met" in ended.said
     calls = [(m["action"], *m["args"]) for m in heard(home) if "act" in m]
     assert len(calls) == len(set(calls)), "a step was done twice"
+
+
+def test_a_process_is_told_which_robot_acts_and_resume_acts_as_it(home: Home) -> None:
+    second = (
+        "INSERT DATA { ex:robot2 a ex:agent ; ex:has_hand ex:robot2_arm . "
+        "ex:robot2_arm a ex:hand ; ex:rec_name 'robot2_arm' }"
+    )
+    assert home.adaptbot("kg", "query", "--update", second, "--yes").code == 0
+    run = ["run", "make tea", "--robot", "robot2", "--world", command(home, "holds step 4")]
+    with tty(home, *run, "--no-human") as terminal:
+        wait_for(lambda: any(said.get("act") == 4 for said in heard_so_far(home)))
+        terminal.process.send(CTRL_C)
+        terminal.process.expect_exact("^C")
+        (home.folder / "go on").touch()
+        assert terminal.ends() == 130
+    assert home.trailers()["Robot"] == ["robot2"]
+    ended = home.adaptbot("resume")
+    assert ended.code == 0 and "kitchen as robot2" in ended.said
+    said = heard(home)
+    assert [m["robot"] for m in said if "hello" in m] == ["robot2", "robot2"]
+    added = [fact for m in said if "act" in m for fact in m["expects"]["added"]]
+    assert ["pot", "mrec_location", "robot2_arm"] in added
+    assert not [fact for fact in added if "robot" in fact or "robot_arm" in fact]
+    for transcript in (home.workspace / "transcripts").iterdir():
+        assert home.adaptbot("replay", str(transcript)).code == 0
 
 
 def test_a_step_that_is_answered_late_is_told_once_and_counts(home: Home) -> None:

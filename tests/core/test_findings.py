@@ -123,7 +123,7 @@ OF_WORLDS = {"E601", "E602", "E603", "E604"}
 def test_every_code_has_a_fixture() -> None:
     parsing = Path(__file__).with_name("parse").glob("*.py")
     of_texts = {code for p in parsing for code in re.findall(r"P\d{3}", p.read_text("utf-8"))}
-    # W605 has its cases in test_repair.py, E402 in test_robots.py, those of a world in test_world.py
+    # W605 has its cases in test_repair.py, E402 in test_robots.py, a world's in test_world.py
     assert set(CODES) == set(PLANS) | (
         set(REPLANS)
         | set(NEEDLESS)
