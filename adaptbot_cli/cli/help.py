@@ -29,6 +29,7 @@ _EXAMPLES = {
         'adaptbot run "make omelette"',
         'adaptbot run "make tomato soup" --without garlic --dry-run',
         'adaptbot run "make tea" --model ollama_chat/llama3.2 --max-cost 0.10',
+        'adaptbot run "make tea" --robot robot2',
     ),
     "check": (
         """echo 'pick_up_obj("egg")' | adaptbot check -""",
