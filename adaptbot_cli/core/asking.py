@@ -57,6 +57,8 @@ def next_question(
             continue
         if finding.code == "E302" and not (doubt and _is_needed(finding, report, scene)):
             continue
+        if finding.code == "E402" and not doubt:
+            continue
         if finding.code == "E401" and doubt:
             question = _about_a_default(finding, report, scene)
         else:
@@ -155,7 +157,7 @@ def _question(finding: Finding, report: Report, scene: Scene) -> Question | None
     context = _source(finding, report)
     if finding.code in KINDS["existence"].codes:
         return _existence("action" if finding.code == "E101" else "item", finding, report, scene)
-    if finding.code in KINDS["attribute"].codes:
+    if finding.code in (*KINDS["attribute"].codes, *KINDS["place"].codes):
         prop = property_called(finding.prop, scene)
         if prop is not None:
             name = normal(finding.subject)

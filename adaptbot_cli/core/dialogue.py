@@ -14,6 +14,7 @@ from adaptbot_cli.core.names import nearest, normal, sentence_list
 from adaptbot_cli.core.plan import KeptPlan, Task
 from adaptbot_cli.core.questions import (
     EDIT,
+    KNOWN,
     LATER,
     NEW,
     NO,
@@ -114,9 +115,9 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         notes = each.notes if n else (*each.notes, *seen)
         if doubted:
             notes = (*notes, *(yield from _as_known(run, doubted)))
-            # Who is not sure leaves it as it is.
-            known = YES if teach.is_so(each, run.scene) else NO
-            each = replace(each, suggested=Suggestion(known, "as it is known"))
+            if each.kind == "attribute":  # who is not sure leaves it as it is
+                known = YES if teach.is_so(each, run.scene) else NO
+                each = replace(each, suggested=Suggestion(known, "as it is known"))
         together = form[n + 1 :]
         ready = replace(
             refuted_last(run, each),
@@ -139,7 +140,7 @@ def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[
     """Say what is known of what is asked all the same, and where it comes from."""
     origins = yield Trace(tuple(teach.short(fact) for fact in facts))
     return [
-        f"the graph says: {teach.in_words(fact, run.kg)}{f' ({origin})' if origin else ''}"
+        f"{KNOWN}: {teach.in_words(fact, run.kg)}{f' ({origin})' if origin else ''}"
         for fact, origin in zip(facts, [*(origins or ()), *[""] * len(facts)], strict=False)
     ]
 

@@ -428,10 +428,14 @@ class Kg:
         """Tell whether an entity belongs to one of some classes."""
         return not self.classes(entity).isdisjoint(classes)
 
-    def can_move(self, thing: Node) -> bool:
-        """Tell whether a thing is of a class whose members some action brings to other places."""
+    def placed_by(self, thing: Node) -> set[URIRef]:
+        """Return the properties that say where a thing is: those of its classes."""
         kinds = (kind for kind in self.domain.kinds.values() if kind.iri in self.classes(thing))
-        return any(kind.location_property in self.domain.moved for kind in kinds)
+        return {kind.location_property for kind in kinds if kind.location_property is not None}
+
+    def can_move(self, thing: Node) -> bool:
+        """Tell whether some action brings a thing to another place."""
+        return not self.domain.moved.isdisjoint(self.placed_by(thing))
 
     def is_of(self, entity: Node, kind: Kind) -> bool:
         """Tell whether an entity is stated to be of this very kind."""

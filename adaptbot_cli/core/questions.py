@@ -25,6 +25,8 @@ QuestionKind = Literal[
 Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]
 """What makes two questions the same one: kind, about, prop, subject."""
+KNOWN = "the graph says"
+"""How a note begins that tells what is known of what is asked all the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,8 +280,9 @@ KINDS: Mapping[QuestionKind, Spec] = {
     ),
     "kind": Spec("a new thing or place may be of several classes", "its class"),
     "place": Spec(
-        "a new thing's place, or one that a step needs, is not known",
+        "a new thing's place, or one that a step needs, is not known; or another robot holds it",
         "where it is kept; a new place too",
+        codes=("E402",),
         entry="list",
         together=True,
     ),

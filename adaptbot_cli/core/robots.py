@@ -14,7 +14,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.domain import Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a, normal, sentence_list
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.terms import STATES, Triple, local
 from adaptbot_cli.errors import UsageError
 
 
@@ -35,7 +35,7 @@ def acting_as(kg: Kg, name: str) -> Kg:
         return kg
     wrong = next(hand_faults(kg, robot), None)
     if wrong is not None:
-        raise UsageError(f"{kg.name(robot)} {wrong[0]}; {wrong[1]}")
+        raise UsageError(f"{kg.name(robot)} {wrong[0]}; {wrong[1]} (docs/sharing.md)")
     if not hand_properties(kg, robot) and any(k.hand for k in kg.domain.kinds.values()):
         raise UsageError(
             f"the {kg.domain.name} pack does not say whose each hand is, so it has one robot only; "
@@ -89,21 +89,19 @@ def hand_faults(kg: Kg, robot: Node) -> Iterator[tuple[str, str, URIRef]]:
                 yield text, "give each its own", prop.iri
 
 
-def held_by_another(kg: Kg, thing: Node) -> str:
-    """Return in a sentence that another robot holds a thing or what it is in, "" if none does."""
-    others = set(kg.robots) - {kg.domain.agent}
-    if not others:
-        return ""
+def held_by_another(kg: Kg, thing: Node) -> Triple | None:
+    """Return the fact that another robot holds a thing or what it is in, None if none does."""
+    held = held_by_others(kg)
+    return next((f for f in held if thing == f[2] or kg.is_within(thing, f[2])), None)
+
+
+def held_by_others(kg: Kg) -> list[Triple]:
+    """Return the facts that robots hold something, other than the one that acts."""
+    others = (robot for robot in kg.robots if robot != kg.domain.agent)
+    facts = (fact for robot in others for fact in kg.facts.triples((robot, None, None)))
+    found = [fact for fact in facts if kg.home_of(fact[1]) == STATES and kg.can_move(fact[2])]
+    if not found:
+        return []
     effects = [action.effect for action in kg.domain.actions.values() if action.effect]
     related = {p for e in effects for s, p, _ in e.inserts if s == Variable("agent")}
-    inside, seen = [thing], {thing}
-    while inside:
-        node = inside.pop()
-        for robot, prop, _ in sorted(kg.facts.triples((None, None, node))):
-            if robot in others and prop in related and kg.can_move(node):
-                within = "" if node == thing else f", and {kg.name(thing)} is in it"
-                return f"{kg.name(robot)} holds {kg.name(node)}{within}"
-        places = {p for prop in kg.domain.locations for p in kg.facts.objects(node, prop)}
-        inside += sorted(places - seen, key=str)
-        seen |= places
-    return ""
+    return sorted(fact for fact in found if fact[1] in related)

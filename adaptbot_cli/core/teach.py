@@ -23,6 +23,7 @@ from adaptbot_cli.core.questions import ABSENT, EXISTS, NEW, OLD, Answer, Choice
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.calls import known_values
 from adaptbot_cli.core.report import Report
+from adaptbot_cli.core.robots import held_by_others
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, FALSE, TRUE, Triple, local
 
@@ -217,8 +218,12 @@ def contradicted(lesson: Lesson, scene: Scene) -> tuple[Triple, ...]:
 
 
 def doubted(question: Question, scene: Scene) -> tuple[Triple, ...]:
-    """Return the known facts that say what a question about an attribute asks all the same."""
+    """Return the known facts that say what a question about an attribute asks all the same, or that
+    another robot holds what a place is asked of."""
     props = [p for p in scene.domain.properties.values() if local(p.iri) == question.prop]
+    if question.kind == "place":
+        things = scene.kg.find(question.about)[:1]
+        return tuple(fact for fact in held_by_others(scene.kg) if fact[2] in things)
     if question.kind != "attribute" or not props:
         return ()
     implying = {(i.prop, i.equals) for i in props[0].implied}
@@ -312,7 +317,12 @@ def corrected(lesson: Lesson, doubted: Sequence[Triple], scene: Scene) -> Lesson
     """Return what an answer corrects of the facts that it was asked in doubt of, None if it says
     what they say."""
     found = {(subject, predicate) for subject, predicate, _ in lesson.delta.added}
-    other = {f for f in doubted if f[:2] in found and f not in lesson.delta.added}
+    placed = {s for s, _, _ in lesson.delta.added} if lesson.question.kind == "place" else set()
+    other = {
+        fact
+        for fact in doubted
+        if (fact[:2] in found and fact not in lesson.delta.added) or fact[2] in placed
+    }
     old = sorted({*contradicted(lesson, scene), *other})
     return settled(lesson, old, scene) if old else None
 

@@ -65,6 +65,11 @@ def test_what_is_kept_of_a_run_says_which_robot_acted(two: Home) -> None:
     exported = two.adaptbot("export", str(path))
     assert exported.code == 0 and "<http://example.org/robot2>" in exported.out
     assert '"robot_arm"' not in exported.out
+    stranger = two.write(
+        "stranger.yaml", path.read_text("utf-8").replace("robot: robot2", "robot: r9")
+    )
+    ended = two.adaptbot("replay", stranger)
+    assert ended.code == 2 and 'no robot "r9"; there are robot and robot2' in ended.said
     other = two.adaptbot("kg", "why", "robot2", "--json")
     assert '"robot": "robot2"' in other.out
 
@@ -103,6 +108,19 @@ def test_what_the_other_holds_is_found_and_can_be_put_right(home: Home) -> None:
     assert ("E402", "robot holds egg") in {
         (f["code"], f["message"]) for f in ended.json()["findings"]
     }
+    answers = home.write(
+        "answers.yaml", "egg: {obj_location: drawer}\nchives: {existence: absent}\n"
+    )
+    run = ("run", "make omelette", "--robot", "robot2", "--answers", answers, "--json")
+    ended = home.adaptbot(*run)
+    assert ended.code == 0 and ended.json()["questions"][0]["about"] == "egg"
+    assert home.trailers()["Fact-1"][:2] == [
+        "- egg obj_location robot_arm",
+        "- robot obj_in_hand egg",
+    ]
+    *_, path = sorted((home.workspace / "transcripts").iterdir())
+    assert home.adaptbot("replay", str(path)).code == 0
+    updated(home, HOLDS)
     assert home.adaptbot("kg", "set", "egg", "place", "fridge", "--yes").code == 0
     assert home.adaptbot("kg", "show", "robot", "--json").json()["states"].keys() == {"agent_near"}
     assert home.adaptbot("run", "make omelette", "--robot", "robot2", "--no-human").code == 0

@@ -17,10 +17,12 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.robots import acting_as, held_by_another
 from adaptbot_cli.core.terms import STATES, Triple
+from adaptbot_cli.core.turns import Ask
 from adaptbot_cli.core.world import fact_of
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.replay import check
+from tests.driving import Script, drive
 from tests.packs import EX, HOUSEHOLD, KITCHEN, Pack
 
 SECOND = """
@@ -235,3 +237,17 @@ def test_a_world_tells_of_every_robot_by_its_name() -> None:
     kg = acting_as(home(), "robot2")
     for name in ("robot", "robot2"):
         assert fact_of([name, "obj_in_hand", "egg"], kg)[0] == URIRef(EX[name])
+
+
+@pytest.mark.parametrize(("said", "met"), [("fridge", True), ("unknown", False)])
+def test_where_a_thing_is_that_another_is_said_to_hold_is_asked(said: str, met: bool) -> None:
+    """What the graph says may be long past: the person is told it, and may know better."""
+    kg = acting_as(holding("egg"), "robot2")
+    plan = "pick_up_obj(egg)\nput_down_obj(egg, plate)"
+    script = Script([plan], {"place egg obj_location": said})
+    result = drive(Task("egg"), kg, script, replans=0)
+    [asked] = [turn.question for turn in script.seen if isinstance(turn, Ask)]
+    assert asked.notes[0] == "the graph says: robot: holds egg"
+    assert "robot_arm" not in {choice.value for choice in asked.choices}
+    assert (result.verdict == "executable") is met
+    assert ((EX.robot, EX.obj_in_hand, EX.egg) not in kg.facts) is met

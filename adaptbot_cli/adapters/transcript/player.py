@@ -16,7 +16,7 @@ from adaptbot_cli.adapters.transcript.documents import (
 from adaptbot_cli.core.editing import EDITS, Edit
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import LATER, Answer, Question, Reviewed, back
+from adaptbot_cli.core.questions import KNOWN, LATER, Answer, Question, Reviewed, back
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Act,
@@ -165,7 +165,7 @@ class Player:
 
     def _compare(self, document: Document) -> None:
         for key in document.keys() & self.current.keys() - _GIVEN_BACK:
-            if _unquoted(key, document[key]) != _unquoted(key, self.current[key]):
+            if _plain(key, document[key]) != _plain(key, self.current[key]):
                 raise self._differs(f"{key}: {_difference(self.current[key], document[key])}")
 
     def _differs(self, how: str) -> ReplayError:
@@ -174,9 +174,14 @@ class Player:
         return ReplayError(f"{self.path}, turn {number}{kind}: {how}")
 
 
-def _unquoted(key: str, value: object) -> object:
-    """A question's text without quotation marks: transcripts of 0.3 did not quote its name."""
-    return value.replace('"', "") if key == "text" and isinstance(value, str) else value
+def _plain(key: str, value: object) -> object:
+    """A question's text without quotation marks: transcripts of 0.3 did not quote its name; its
+    notes without where a fact is from, which only the workspace of the run can tell."""
+    if key == "text" and isinstance(value, str):
+        return value.replace('"', "")
+    if key == "notes" and isinstance(value, list):
+        return [str(n).partition(" (")[0] if str(n).startswith(KNOWN) else n for n in value]
+    return value
 
 
 def _short(document: Document) -> str:

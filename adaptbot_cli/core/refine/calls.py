@@ -294,15 +294,18 @@ def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
 def _with_another(bound: Bound, kg: Kg) -> Iterator[Finding]:
     """What another robot holds: that is out of reach."""
     for thing in bound.values.values():
-        if isinstance(thing, URIRef) and (why := held_by_another(kg, thing)):
-            yield Finding("E402", why, kg.name(thing))
+        fact = held_by_another(kg, thing) if isinstance(thing, URIRef) else None
+        if fact is not None:
+            robot, held = kg.name(fact[0]), kg.name(fact[2])
+            within = f", and {kg.name(thing)} is in it" if fact[2] != thing else ""
+            prop = min(map(local, kg.placed_by(fact[2])), default="")
+            yield Finding("E402", f"{robot} holds {held}{within}", held, prop=prop)
 
 
 def _nowhere(bound: Bound, kg: Kg) -> Iterator[Finding]:
     """What cannot be fetched, as nobody knows where it is."""
     thing = next(iter(bound.values.values()), None) if bound.action.fetches else None
-    kinds = [kg.domain.kinds[c] for c in kg.classes(thing) if c in kg.domain.kinds] if thing else []  # type: ignore[index]
-    props = {kind.location_property for kind in kinds if kind.location_property is not None}
+    props = kg.placed_by(thing) if thing else set()
     if isinstance(thing, URIRef) and props and all(kg.value(thing, p) is None for p in props):
         name = kg.name(thing)
         yield Finding("E301", f"it is not known where {name} is", name, prop=local(min(props)))
