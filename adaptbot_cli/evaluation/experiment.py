@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from adaptbot_cli import __version__, bounded
+from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.planner.prompts import style_of
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import read_graphs
@@ -386,7 +387,7 @@ def prepare(setup: Setup, rows: Sequence[Recording], workspace: Workspace) -> Ex
             str(workspace.folder(setup.domain)),
             read_graphs(setup.kg),
             read_graphs(setup.truth) or read_graphs(setup.kg),
-            workspace.library(setup.domain),
+            tuple(read_library(*workspace.library(setup.domain))),
         ),
         setup,
     )

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from rdflib import XSD, Literal
 from rdflib.term import Node
@@ -99,7 +99,7 @@ class Rules:
     `LIBRARY` is the plan library; without one the rows' recorded answers plan. `api_base` is the
     address of the model's server, if it is not its provider's own. It is asked by the style
     `prompt`, without the parts to `leave_out`, and if `unseen` without the library's own plan of
-    the task; it has `seconds` for a trial, and what it has answered is kept in the file `answers`.
+    the task; it has `seconds` for a trial, and what it has answered is kept in `answers`.
     With `world` plans are carried
     out in the truth, which no arm sees whole, and judged there. With `keep` the person agrees to
     keep each plan that is offered to be kept; it comes first for its task, and is an example."""
@@ -115,7 +115,7 @@ class Rules:
     leave_out: frozenset[Part] = frozenset()
     unseen: bool = False
     seconds: float = SECONDS
-    answers: Path | None = None
+    answers: "Answers | None" = None
     keep: bool = False
 
 
@@ -123,15 +123,15 @@ class Rules:
 class Basis:
     """What trials start from: a domain pack's files, the facts of the base graph, the truth.
 
-    `base` and `truth` replace the facts of the pack, where they are given; `library` names the
-    folders of its plans; `planted` are the facts that are wrong or missing in the base on purpose.
+    `base` and `truth` replace the facts of the pack, where they are given; `library` are its plans;
+    `planted` are the facts that are wrong or missing in the base on purpose.
     """
 
     files: Mapping[str, bytes]
     where: str
     base: Sequence[Triple] | None = None
     truth: Sequence[Triple] | None = None
-    library: tuple[Path, ...] = ()
+    library: tuple[LibraryPlan, ...] = ()
     planted: frozenset[Triple] = frozenset()
 
     @cached_property
@@ -206,16 +206,50 @@ class Listening:
         return proposal
 
 
+class Answers(Protocol):
+    """Where the answers of a live model are kept, by model and prompt."""
+
+    def known(self) -> Mapping[str, dict[str, Any]]:
+        """Return the answers that there are, by their keys."""
+
+    def keep(self, record: dict[str, Any]) -> None:
+        """Keep one more, an object with `key`, `seconds` and `answer`."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnswersFile:
+    """Answers in a file, one a line. Several processes may write to it."""
+
+    path: Path
+
+    def known(self) -> dict[str, dict[str, Any]]:
+        """Read the answers; a last line that is not whole is no answer. Raises UsageError."""
+        if not self.path.exists():
+            return {}
+        found = {}
+        for line in bounded.read_text(self.path, bounded.GRAPH, UsageError).splitlines():
+            with suppress(UsageError, KeyError, TypeError):
+                reply = bounded.parse_json(line, str(self.path), UsageError)
+                found[reply["key"]] = reply["answer"]
+        return found
+
+    def keep(self, record: dict[str, Any]) -> None:
+        """Write an answer."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(record, ensure_ascii=False) + "\n")
+
+
 @dataclass(slots=True)
 class Remembering:
-    """A model whose answers are kept in a file, by model and prompt: it is asked nothing twice.
+    """A model whose answers are kept: it is asked nothing twice.
 
     So an experiment that was interrupted goes on in the middle of a trial, and one with other
-    settings asks only what differs. Several processes may write to the file.
+    settings asks only what differs.
     """
 
     model: Model
-    path: Path
+    answers: Answers
 
     @property
     def name(self) -> str:
@@ -224,30 +258,16 @@ class Remembering:
 
     def propose(self, turn: Propose) -> Proposal:
         """Return the answer that was given to this prompt, or ask for it and keep it."""
-        key = [self.model.name, self.model.prompts.style, self.model.prompts.hash(turn)]
-        kept = _kept(self.path).get(" ".join(key))
+        parts = [self.model.name, self.model.prompts.style, self.model.prompts.hash(turn)]
+        key = " ".join(parts)
+        kept = self.answers.known().get(key)
         if kept is not None:
             return Proposal(**kept)
         started = time.monotonic()
         proposal = self.model.propose(turn)
-        record = {"key": " ".join(key), "seconds": round(time.monotonic() - started, 1)}
-        line = json.dumps({**record, "answer": asdict(proposal)}, ensure_ascii=False) + "\n"
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(line)
+        seconds = round(time.monotonic() - started, 1)
+        self.answers.keep({"key": key, "seconds": seconds, "answer": asdict(proposal)})
         return proposal
-
-
-def _kept(path: Path) -> dict[str, dict[str, Any]]:
-    """The answers in a file by their keys; a last line that is not whole is no answer."""
-    if not path.exists():
-        return {}
-    found = {}
-    for line in bounded.read_text(path, bounded.GRAPH, UsageError).splitlines():
-        with suppress(UsageError, KeyError, TypeError):
-            reply = bounded.parse_json(line, str(path), UsageError)
-            found[reply["key"]] = reply["answer"]
-    return found
 
 
 def task_of(row: Recording, kg: Kg) -> Task:

@@ -154,7 +154,7 @@ class LibraryPlan:
     """One plan of the library: the names it serves, its usual ingredients, its template.
 
     One that was `kept` for a task (planner/kept.py) has where it comes from, and what was `asked`
-    beside the name; its text is no template.
+    beside the name; its text is no template. `before` the template stand so many lines of the file.
     """
 
     path: Path
@@ -165,6 +165,7 @@ class LibraryPlan:
     body: str
     asked: dict[str, list[str]] = field(default_factory=dict)
     kept: dict[str, str] = field(default_factory=dict)
+    before: int = 0
 
     def render(self, task: str, items: Iterable[str], asked: Task | None = None) -> str:
         """Write the plan for a task's items, one call a line. Raises PackError.
@@ -182,21 +183,21 @@ class LibraryPlan:
             return template.render(given, _step=_Steps())
         except (jinja2.TemplateError, RecursionError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
-            where = f"{self.path}, line {line + self._front_lines}" if line else str(self.path)
+            where = f"{self.path}, line {line + self.before}" if line else str(self.path)
             text = str(getattr(error, "message", None) or error).rstrip(".")
             if isinstance(error, RecursionError):
                 text = "it is nested too deep"
             raise PackError(f"{where}: {text}; correct the template there") from error
 
-    @property
-    def _front_lines(self) -> int:
-        """The lines of the file before the template."""
-        return _text(self.path).count("\n") - self.body.count("\n")
 
+def read_library(*library: Path | LibraryPlan) -> list[LibraryPlan]:
+    """Read every plan of some folders; one that has been read already is taken as it is.
 
-def read_library(*folders: Path) -> list[LibraryPlan]:
-    """Read every plan of some folders. Raises PackError."""
-    return [read_plan(path) for path in library_files(*folders)]
+    Raises PackError.
+    """
+    read = [plan for plan in library if isinstance(plan, LibraryPlan)]
+    folders = (folder for folder in library if isinstance(folder, Path))
+    return [*read, *(read_plan(path) for path in library_files(*folders))]
 
 
 def names_in(*folders: Path) -> list[str]:
@@ -244,6 +245,7 @@ def _read(path: Path, _changed: int) -> LibraryPlan:
             parts[2],
             {str(key): list(_words(front["asked"], key)) for key in front.get("asked") or ()},
             {str(key): str(value) for key, value in (front.get("kept") or {}).items()},
+            2 + parts[0].count("\n") + parts[1].count("\n"),
         )
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         text = " ".join(str(error).split())
@@ -291,12 +293,12 @@ def stems(text: str) -> list[str]:
 class Library:
     """Plans without a model: the nearest plan of the library, with the task's own items.
 
-    The library is that of `folders`, an earlier one before a later one; `others` are those of the
-    domains that a task may be of instead. What a task excludes, or what on this home's graph may be
-    something that it excludes, is left out.
+    The library is that of `folders`, an earlier one before a later one, or plans that were read
+    from them; `others` are those of the domains that a task may be of instead. What a task
+    excludes, or what on this home's graph may be something that it excludes, is left out.
     """
 
-    folders: tuple[Path, ...]
+    folders: tuple[Path | LibraryPlan, ...]
     domain: Domain
     others: Mapping[str, tuple[Path, ...]] = field(default_factory=dict)
     kg: Kg | None = None

@@ -89,7 +89,7 @@ class Prompts:
 
     folder: Path
     kg: Kg
-    library: tuple[Path, ...] = ()
+    library: tuple[Path | LibraryPlan, ...] | None = None
     style: Style = "plain"
     leave_out: frozenset[Part] = frozenset()
     unseen: bool = False
@@ -157,7 +157,8 @@ class Prompts:
     def plans(self) -> list[LibraryPlan]:
         """Read the plans that examples are taken from. Raises PackError."""
         bundled = self.folder / "library" / self.kg.domain.name
-        return [*self.kept, *read_library(*(self.library or (bundled,)))]
+        library = (bundled,) if self.library is None else self.library
+        return [*self.kept, *read_library(*library)]
 
     def _render(self, name: str, **values: object) -> str:
         environment = jinja2.Environment(

@@ -184,13 +184,14 @@ def _results(experiment: "Experiment", path: Path | None) -> "Results":
     from platformdirs import user_cache_path
 
     from adaptbot_cli.evaluation.experiment import Results
+    from adaptbot_cli.evaluation.trial import AnswersFile
 
     key = experiment.key()
     cache = user_cache_path("adaptbot", appauthor=False) / "eval" / f"{key}.jsonl"
     found = Results(path or cache, key)
     rules = experiment.setup.rules
     if rules.model is not None and rules.answers is None:
-        rules = replace(rules, answers=found.answers)
+        rules = replace(rules, answers=AnswersFile(found.answers))
         experiment.setup = replace(experiment.setup, rules=rules)
     return found
 

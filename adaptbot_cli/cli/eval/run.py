@@ -88,7 +88,7 @@ def run(
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.recordings import read_recordings, read_tasks
     from adaptbot_cli.evaluation.report import report
-    from adaptbot_cli.evaluation.trial import Rules
+    from adaptbot_cli.evaluation.trial import AnswersFile, Rules
 
     check(plot)
     if keep_plans and not (cumulative and options.in_truth(world)):
@@ -110,7 +110,7 @@ def run(
         leave_out=options.parts(leave_out),
         unseen=unseen,
         seconds=timeout or SECONDS,
-        answers=value,
+        answers=AnswersFile(value) if value else None,
         keep=keep_plans,
     )
     setup = Setup(
