@@ -2,16 +2,12 @@
 
 import hashlib
 import json
-import multiprocessing
-import signal
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, contextmanager
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -20,12 +16,13 @@ from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.planner.prompts import style_of
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import read_graphs
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.errors import AdaptbotError, UsageError
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.evaluation.cluster import cluster
 from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.published import Series
 from adaptbot_cli.evaluation.recordings import ARMS, Recording, row_of
 from adaptbot_cli.evaluation.trial import Basis, Rules, first_answer, perform, plant
+from adaptbot_cli.evaluation.workers import Ended, Lessons, Pool, processes, program
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 
@@ -124,7 +121,6 @@ def _line(record: Json) -> str:
 
 
 Key = tuple[str, str]
-Lessons = tuple[Lesson, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +151,7 @@ def chains(rows: Sequence[Recording], arms: Sequence[str], cumulative: bool) -> 
 
 
 def run(
-    todo: Sequence[Chain], world: Basis, rules: Rules, pool: ProcessPoolExecutor | None = None
+    todo: Sequence[Chain], world: Basis, rules: Rules, pool: Pool | None = None
 ) -> Iterator[Trial]:
     """Run chains of trials, in a pool if there is one; yields each trial as it ends."""
     if pool is not None:
@@ -169,42 +165,23 @@ def run(
             yield trial
 
 
-@contextmanager
-def workers(world: Basis, rules: Rules, jobs: int) -> Iterator[ProcessPoolExecutor | None]:
-    """Start processes that run trials, none for one job; stop them at once at the end.
-
-    They are forked where that is possible, from a process that has no threads yet: so start them
-    before anything is drawn.
-    """
-    if jobs == 1:
-        yield None
-        return
-    forks = "fork" in multiprocessing.get_all_start_methods()
-    context = multiprocessing.get_context("fork" if forks else "spawn")
-    pool = ProcessPoolExecutor(jobs, context, initializer=_start, initargs=(world, rules))
-    try:
-        pool.submit(_ready).result()
-        yield pool
-        pool.shutdown()
-    except BrokenProcessPool as error:
-        raise AdaptbotError("a process that ran trials has died; try --jobs 1") from error
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            process.terminate()  # nobody waits for what still runs
-            process.join(timeout=5)
+_LOOK = 2.0
+"""After how many seconds in which no trial has ended a pool is looked at."""
 
 
-def _in_pool(todo: Sequence[Chain], pool: ProcessPoolExecutor) -> Iterator[Trial]:
-    at: dict[Future[tuple[Trial, Lessons]], tuple[Chain, int, Lessons]] = {}
+def _in_pool(todo: Sequence[Chain], pool: Pool) -> Iterator[Trial]:
+    at: dict[Future[Ended], tuple[Chain, int, Lessons]] = {}
 
     def submit(chain: Chain, place: int, carried: Lessons) -> None:
-        at[pool.submit(_perform, chain.rows[place], chain.arm, carried)] = (chain, place, carried)
+        at[pool.submit(chain.rows[place], chain.arm, carried)] = (chain, place, carried)
 
     for chain in sorted(todo, key=lambda chain: -len(chain.rows)):
         submit(chain, 0, ())
     while at:
-        for future in wait(at, return_when=FIRST_COMPLETED).done:
+        ended = wait(at, _LOOK, FIRST_COMPLETED).done
+        if not ended:
+            pool.check()
+        for future in ended:
             chain, place, carried = at.pop(future)
             trial, lessons = future.result()
             if place + 1 < len(chain.rows):
@@ -212,43 +189,14 @@ def _in_pool(todo: Sequence[Chain], pool: ProcessPoolExecutor) -> Iterator[Trial
             yield trial
 
 
-_performer: Callable[[Recording, str, Lessons], tuple[Trial, Lessons]] | None = None
-"""What a process of the pool runs trials with: its graphs are loaded once."""
-
-
-def _start(world: Basis, rules: Rules) -> None:
-    global _performer
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
-    _performer = partial(_with, world, rules)
-
-
-def _with(
-    world: Basis, rules: Rules, row: Recording, arm: str, carried: Lessons
-) -> tuple[Trial, Lessons]:
-    return perform(row, arm, world, rules, carried)
-
-
-def _ready() -> None:
-    """Nothing to do: a process that answers has started."""
-
-
-def _perform(row: Recording, arm: str, carried: Lessons) -> tuple[Trial, Lessons]:
-    if _performer is None:
-        raise RuntimeError("the process was not started with a world")
-    return _performer(row, arm, carried)
-
-
-_CODE = Path(__file__).parents[1]
-"""The program itself: trials of another state of it are no part of the same experiment."""
-
-
 @dataclass(frozen=True, slots=True)
 class Setup:
     """What an experiment is asked to do: the command line, read.
 
     `kg` and `truth` are Turtle files; without `kg` the base is the workspace's own graph, without
-    `truth` the person knows what the base knows. `select` is a pattern of row ids; `planted` is the
-    share of errors put into the base; `rules` are those of every trial.
+    `truth` the person knows what the base knows. Trials are run by `jobs` processes, or by the
+    workers of the Dask scheduler at the address `cluster`. `select` is a pattern of row ids;
+    `planted` is the share of errors put into the base; `rules` are those of every trial.
     """
 
     domain: str
@@ -258,6 +206,7 @@ class Setup:
     arms: tuple[str, ...] = ARMS
     cumulative: bool = False
     jobs: int = 1
+    cluster: str | None = None
     limit: int | None = None
     select: str | None = None
     planted: float = 0.0
@@ -320,22 +269,28 @@ class Experiment:
         contents = [repr(row).encode() for row in self.rows]
         contents += [self.world.files[name] for name in sorted(self.world.files)]
         contents += [repr(sorted(graph)).encode() for graph in graphs]
-        contents += [path.read_bytes() for path in sorted(_CODE.rglob("*.py"))]
-        contents += [path.read_bytes() for path in sorted(bundled("prompts").glob("*.j2"))]
-        return digest(self.setup.as_json(), contents)
+        contents += [repr(plan).encode() for plan in self.world.library]
+        return digest(self.setup.as_json(), [*contents, program().encode()])
 
-    def workers(self, results: Results) -> AbstractContextManager[ProcessPoolExecutor | None]:
-        """Return the processes to run what is left, as a context that starts and stops them."""
-        jobs = min(self.setup.jobs, max(1, self.left(results)))
-        if jobs > 1:
-            self.world.warm(dict.fromkeys(row.model for row in self.rows))
-        return workers(self.world, self.setup.rules, jobs)
+    def workers(self, results: Results) -> AbstractContextManager[Pool | None]:
+        """Return who runs what is left beside this process, as a context that starts and ends it.
+
+        It is nobody for one job, or if nothing is left.
+        """
+        left, rules = self.left(results), self.setup.rules
+        if self.setup.cluster and left:
+            return cluster(self.setup.cluster, self.world, rules)
+        jobs = min(self.setup.jobs, left)
+        if jobs <= 1:
+            return nullcontext()
+        self.world.warm(dict.fromkeys(row.model for row in self.rows))
+        return processes(self.world, rules, jobs)
 
     def run(
         self,
         results: Results,
         ended: Callable[[Json], None] = lambda trial: None,
-        pool: ProcessPoolExecutor | None = None,
+        pool: Pool | None = None,
     ) -> list[Json]:
         """Run what `results` does not hold yet; returns all trials, in the order of the rows.
 

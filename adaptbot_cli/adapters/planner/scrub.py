@@ -43,12 +43,13 @@ def secrets(environ: Mapping[str, str], *addresses: str | None) -> Secrets:
     """Return the secrets of an environment, and those in addresses (user, password, query)."""
     found = {value.strip() for name, value in environ.items() if _NAMES.search(name)}
     for address in addresses:
-        found |= set(_in_address(address or ""))
+        found |= set(in_address(address or ""))
     values = {value for value in found if len(value) >= _SHORTEST}
     return Secrets(tuple(sorted(values, key=lambda value: (-len(value), value))))
 
 
-def _in_address(address: str) -> Iterable[str]:
+def in_address(address: str) -> Iterable[str]:
+    """Return what is secret in an address: user, password, query; each may be empty."""
     try:
         parts = urlsplit(address)
     except ValueError:

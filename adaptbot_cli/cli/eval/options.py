@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from adaptbot_cli.adapters.planner.prompts import Part
     from adaptbot_cli.evaluation.experiment import Experiment, Results
+    from adaptbot_cli.evaluation.trial import Rules
 
 
 ArmsOption = Annotated[
@@ -49,6 +50,13 @@ SelectOption = Annotated[
 LimitOption = Annotated[int | None, task_option(min=1, metavar="N", help="The first N tasks only.")]
 JobsOption = Annotated[
     int | None, typer.Option(min=1, metavar="N", help="Processes; all cores by default.")
+]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Run the trials on a Dask cluster: its scheduler, such as tcp://192.168.0.10:8786.",
+    ),
 ]
 PlotOption = Annotated[
     Path | None,
@@ -100,9 +108,16 @@ def in_truth(option: str | None) -> bool:
     return option == "truth"
 
 
-def cores(option: int | None) -> int:
-    """Return how many processes are meant."""
-    return option or os.cpu_count() or 1
+def cores(jobs: int | None, cluster: str | None, rules: "Rules") -> int:
+    """Return how many processes are meant. Raises UsageError, of what cannot be on a cluster."""
+    from adaptbot_cli.adapters.planner.local import on_board
+    from adaptbot_cli.errors import UsageError
+    from adaptbot_cli.evaluation.cluster import check
+
+    check(cluster, rules)
+    if jobs and cluster:
+        raise UsageError("--jobs are processes of this machine; a --cluster has its own workers")
+    return 1 if on_board(rules.model) else jobs or os.cpu_count() or 1
 
 
 def show_graphs(settings: dict[str, Any], json: bool) -> None:
@@ -175,6 +190,8 @@ def carry_out(experiments: "Sequence[Experiment]", path: Path | None) -> list[di
 
 
 def _run(experiment: "Experiment", results: "Results") -> list[dict[str, Any]]:
+    if experiment.setup.cluster and at_terminal(sys.stderr):
+        typer.echo(f"trials are run on the cluster at {experiment.setup.cluster}", err=True)
     # The processes start before the bar does: it has a thread of its own.
     with experiment.workers(results) as pool, _progress(experiment, results) as ended:
         return experiment.run(results, ended, pool)

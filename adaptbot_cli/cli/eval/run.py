@@ -69,6 +69,7 @@ def run(
     world: options.WorldOption = None,
     planted: options.PlantedOption = 0.0,
     jobs: options.JobsOption = None,
+    cluster: options.ClusterOption = None,
     results: Annotated[
         Path | None,
         output_option(metavar="FILE", help="Keep the trials here, and go on from them."),
@@ -82,7 +83,6 @@ def run(
     A run that is interrupted goes on where it was when it is started again.
     """
     from adaptbot_cli.adapters.planner.budget import SECONDS
-    from adaptbot_cli.adapters.planner.local import on_board
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.evaluation.experiment import Setup, prepare
     from adaptbot_cli.evaluation.plots import check
@@ -120,7 +120,8 @@ def run(
         truth=tuple(truth or ()),
         arms=options.arms(arms),
         cumulative=cumulative,
-        jobs=1 if on_board(model) else options.cores(jobs),
+        jobs=options.cores(jobs, cluster, rules),
+        cluster=cluster,
         limit=limit,
         select=select,
         planted=planted,
@@ -168,6 +169,7 @@ def published(
     world: options.WorldOption = None,
     planted: options.PlantedOption = 0.0,
     jobs: options.JobsOption = None,
+    cluster: options.ClusterOption = None,
     plot: options.PlotOption = None,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
@@ -189,12 +191,14 @@ def published(
         n = write_recordings(series, write)
         typer.echo(f"{n} recordings written to {write}", err=True)
         return
+    rules = Rules(policy.value, replans, human_error, seed, world=options.in_truth(world))
     setup = Setup(
         domain="",
-        rules=Rules(policy.value, replans, human_error, seed, world=options.in_truth(world)),
+        rules=rules,
         arms=options.arms(arms),
         cumulative=cumulative,
-        jobs=options.cores(jobs),
+        jobs=options.cores(jobs, cluster, rules),
+        cluster=cluster,
         limit=limit,
         select=select,
         planted=planted,
