@@ -1,0 +1,336 @@
+"""`adaptbot eval --cluster`: a real Dask cluster, each part of it a process on loopback."""
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import sysconfig
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adaptbot_cli
+from tests.cli.command import ROOT, Begun, Home
+from tests.cli.test_check import TEA
+from tests.cli.test_eval import rows
+from tests.loopback import says, serving
+
+pytest.importorskip("distributed")
+
+SITE = Path(sysconfig.get_path("purelib"))
+SOON = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "2s"}
+WRONG = TEA.replace("boil", "simmer")
+
+
+@dataclass
+class Cluster:
+    """A scheduler and workers, processes that are gone when the test is."""
+
+    home: Home
+    address: str = ""
+    parts: dict[str, subprocess.Popen[bytes]] = field(default_factory=dict)
+
+    def start(self, name: str, *arguments: str, python: Sequence[str] = (), **env: str) -> Path:
+        """Start a part; return the file of what it writes."""
+        log = self.home.folder / f"{name}.log"
+        with log.open("wb") as out:
+            self.parts[name] = subprocess.Popen(
+                [sys.executable, *python, "-m", f"distributed.cli.dask_{arguments[0]}",
+                 *arguments[1:], "--no-dashboard"],
+                cwd=self.home.folder, env=self.home.environment(**env), stdout=out, stderr=out,
+            )  # fmt: skip
+        return log
+
+    def scheduler(self, *arguments: str, **env: str) -> None:
+        """Start the scheduler."""
+        told = self.home.folder / "scheduler.json"
+        where = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(told)]
+        log = self.start("scheduler", "scheduler", *where, *arguments, **env)
+        self.until("scheduler", lambda: "Scheduler at:" in log.read_text())
+        self.until("scheduler", lambda: told.exists() and told.read_text().endswith("}"))
+        self.address = json.loads(told.read_text())["address"]
+
+    def worker(self, name: str, *arguments: str, python: Sequence[str] = (), **env: str) -> None:
+        """Start a worker of one thread, and wait until the scheduler has it."""
+        told = ["--no-nanny", "--nthreads", "1", "--memory-limit", "0", *arguments]
+        log = self.start(name, "worker", self.address, *told, python=python, **env)
+        self.until(name, lambda: "Registered to:" in log.read_text())
+
+    def until(self, name: str, seen: Any) -> None:
+        """Wait for an event, as long as a part of the cluster lives."""
+        while not seen():
+            log = (self.home.folder / f"{name}.log").read_text()
+            assert self.parts[name].poll() is None, log
+            time.sleep(0.02)
+
+    def kill(self, name: str, number: signal.Signals = signal.SIGKILL) -> None:
+        """End a part of the cluster, by its own process id."""
+        process = self.parts.pop(name)
+        process.send_signal(number)
+        process.wait(60)
+
+
+@contextmanager
+def cluster(home: Home, *workers: str, **env: str) -> Iterator[Cluster]:
+    """Start a cluster."""
+    with ExitStack() as stack:
+        made = Cluster(home)
+        stack.callback(lambda: [made.kill(name) for name in list(made.parts)])
+        made.scheduler()
+        for name in workers:
+            made.worker(name, **env)
+        yield made
+
+
+def many(home: Home, n: int = 20) -> list[str]:
+    """The command for some trials, half of which need another answer."""
+    lines = [rows(n, WRONG, TEA).splitlines()[k] if k % 2 else rows(n).splitlines()[k]
+             for k in range(n)]  # fmt: skip
+    path = home.write("many.jsonl", "\n".join(lines))
+    return ["eval", path, "--domain", "kitchen"]
+
+
+def timeless(value: Any) -> Any:
+    """A report without the seconds that were measured."""
+    if isinstance(value, dict):
+        return {key: timeless(each) for key, each in value.items() if key != "seconds"}
+    return [timeless(each) for each in value] if isinstance(value, list) else value
+
+
+def text(report: str) -> str:
+    return json.dumps(timeless(json.loads(report)))
+
+
+def lines(results: Path) -> list[str]:
+    return results.read_text().splitlines() if results.exists() else []
+
+
+def begun_trials(running: Begun, results: Path, n: int = 4) -> None:
+    """Wait until some trials have ended."""
+    while len(lines(results)) <= n:
+        assert running.process.runs, running.ends()
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("more", [[], ["--cumulative", "--plot", "drawn.svg"]])
+def test_a_worker_killed_in_the_middle_changes_nothing_of_the_report(
+    more: list[str], home: Home
+) -> None:
+    command = [*many(home), "--json", *more]
+    one = home.folder / "one.jsonl"
+    alone = home.adaptbot(*command, "--jobs", "1", "--results", str(one))
+    assert alone.code == 0, alone.err
+    drawn = home.folder / "drawn.svg"
+    before = drawn.read_bytes() if more else b""
+    two = home.folder / "two.jsonl"
+    with cluster(home, "one", "two", "three") as those:
+        at = ["--cluster", those.address, "--results", str(two)]
+        with home.begun(*command, *at) as running:
+            begun_trials(running, two)
+            those.kill("two")
+            ended = running.ends()
+    assert (ended.code, ended.err) == (0, "")
+    assert text(ended.out) == text(alone.out)
+    assert [sorted(text(line) for line in lines(path)) for path in (one, two)] == [
+        sorted(text(line) for line in lines(one))
+    ] * 2
+    assert (drawn.read_bytes() if more else b"") == before
+
+
+def test_what_was_done_is_kept_when_the_cluster_or_its_user_goes(home: Home) -> None:
+    command = many(home, 60)
+    results = home.folder / "kept.jsonl"
+    with cluster(home, "one") as those:
+        at = [*command, "--cluster", those.address, "--results", str(results), "--json"]
+
+        def ends(event: Any) -> Any:
+            n = len(lines(results))
+            with home.begun(*at, **SOON) as running:
+                begun_trials(running, results, n + 2)
+                event(running)
+                ended = running.ends()
+            assert "Traceback" not in ended.err and "distributed" not in ended.err
+            return ended
+
+        ended = ends(lambda running: running.process.kill(signal.SIGINT))
+        kept = len(lines(results)) - 1
+        assert ended.code == 130
+        assert f"{kept} of 180 trials are kept: the same command goes on" in ended.err
+
+        ended = ends(lambda running: those.kill("one"))
+        assert (ended.code, ended.json()["error"]["code"]) == (1, "adaptbot")
+        assert "has had no worker for 2 s; start some with `dask worker tcp://" in ended.err
+
+        those.worker("one")
+        ended = ends(lambda running: those.kill("scheduler"))
+        assert ended.code == 1 and "was lost: its scheduler" in ended.err
+        assert ended.json()["error"]["remedy"].startswith("start it again, and the same command")
+    whole = home.adaptbot(*command, "--results", str(results), "--json")
+    assert whole.code == 0 and whole.json()["arms"]["llm"]["n"] == 60
+    assert len(lines(results)) == 181, "no trial was run twice"
+
+
+def test_what_is_no_cluster_is_said(used: Home) -> None:
+    command = many(used)
+    with socket.socket() as closed, cluster(used) as those, serving() as other:
+        closed.bind(("127.0.0.1", 0))  # it does not listen
+        port = closed.getsockname()[1]
+        wrong = [
+            (["--cluster", "here"], 2, '"here" is no address of a Dask scheduler'),
+            (["--cluster", "http://127.0.0.1:1"], 2, "is no address of a Dask scheduler"),
+            (["--cluster", those.address, "--jobs", "2"], 2, "has its own workers"),
+            (["--cluster", f"127.0.0.1:{port}"], 1, "start it with `dask scheduler`"),
+            (["--cluster", other.url.split("/")[2]], 1, "no Dask scheduler answers"),
+            (["--cluster", those.address.replace("tcp", "tls")], 1, "takes these certificates"),
+            (["--cluster", those.address], 1, "has had no worker for 2 s"),
+            (["--cluster", those.address, "--model", "local"], 2, "a model on board is"),
+            (
+                ["--cluster", those.address, "--model", "openai/x", "--api-base", "http://a:b@c/"],
+                *(2, "holds a password"),
+            ),
+        ]
+        for more, code, said in wrong:
+            ended = used.adaptbot(*command, *more, **SOON)
+            assert (ended.code, said in ended.said) == (code, True), (more, ended)
+            assert "Traceback" not in ended.err
+
+
+def without_adaptbot(folder: Path) -> Path:
+    """Return a folder with all installed packages but this one."""
+    folder.mkdir()
+    for entry in SITE.iterdir():
+        if "adaptbot" not in entry.name:
+            (folder / entry.name).symlink_to(entry)
+    return folder
+
+
+def test_a_machine_with_another_program_is_named(home: Home) -> None:
+    command = many(home, 1)
+    bare = without_adaptbot(home.folder / "bare")
+    metadata = next(SITE.glob("adaptbot_cli-*.dist-info"))
+    changed = without_adaptbot(home.folder / "changed")
+    (changed / metadata.name).symlink_to(metadata)
+    code = changed / "adaptbot_cli"
+    shutil.copytree(Path(adaptbot_cli.__file__).parent, code)
+    for kind in ("kg", "prompts"):
+        (code / "bundled").mkdir(exist_ok=True)
+        (code / "bundled" / kind).symlink_to(ROOT / kind)
+    (code / "more.py").write_text("")
+    older = without_adaptbot(home.folder / "older")
+    (older / "adaptbot_cli-0.0.1.dist-info").mkdir()
+    (older / "adaptbot_cli-0.0.1.dist-info" / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: adaptbot-cli\nVersion: 0.0.1\n"
+    )
+    for place, said in (
+        (bare, "has adaptbot-cli (not installed), and here it is"),
+        (older, "has adaptbot-cli 0.0.1, and here it is"),
+        (changed, "runs another state of the program; install the same there"),
+    ):
+        with cluster(home) as those:
+            those.worker("odd", python=["-S"], PYTHONPATH=str(place))
+            ended = home.adaptbot(*command, "--cluster", those.address)
+            assert (ended.code, "Traceback" in ended.err) == (1, False), ended
+            assert "the worker at tcp://127.0.0.1:" in ended.said and said in ended.said
+    ended = home.python("-S", "-m", "adaptbot_cli", *command, "--cluster", "127.0.0.1:1",
+                        PYTHONPATH=f"{ROOT}:{without_dask(home.folder / 'base')}")  # fmt: skip
+    assert ended.code == 2 and "pip install 'adaptbot-cli[cluster]'" in ended.said
+
+
+def without_dask(folder: Path) -> Path:
+    folder = without_adaptbot(folder)
+    (folder / "distributed").unlink()
+    return folder
+
+
+@dataclass
+class Wire:
+    """A way to a scheduler on which everything that is sent is seen."""
+
+    port: int
+    address: str = ""
+    seen: bytearray = field(default_factory=bytearray)
+
+
+@contextmanager
+def wire(address: str) -> Iterator[Wire]:
+    """Lay one."""
+    port = int(address.rpartition(":")[2])
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        found = Wire(port, f"tcp://127.0.0.1:{server.getsockname()[1]}")
+
+        def carry(source: socket.socket, to: socket.socket) -> None:
+            with suppress(OSError):
+                while data := source.recv(1 << 16):
+                    found.seen.extend(data)
+                    to.sendall(data)
+            with suppress(OSError):
+                to.shutdown(socket.SHUT_WR)
+
+        def accept() -> None:
+            with suppress(OSError):
+                while True:
+                    near, _ = server.accept()
+                    far = socket.create_connection(("127.0.0.1", port))
+                    for ends in ((near, far), (far, near)):
+                        threading.Thread(target=carry, args=ends, daemon=True).start()
+
+        threading.Thread(target=accept, daemon=True).start()
+        yield found
+
+
+def test_a_worker_asks_with_its_own_key_and_its_answers_are_kept_here(home: Home) -> None:
+    path = home.write("tasks.txt", "make tea: tea\nmake toast: bread\n")
+    kept = home.folder / "answers.jsonl"
+    ours, theirs = "sk-ours-0123456789abcdef", "sk-theirs-0123456789abcdef"
+    with (
+        serving(says('boil("unicorn")')) as model,
+        cluster(home, "one", OPENAI_API_KEY=theirs) as those,
+        wire(those.address) as way,
+    ):
+        command = ["eval", path, "--domain", "kitchen", "--model", "openai/planner", "--json",
+                   "--policy", "paper", "--replans", "1", "--api-base", model.url,
+                   "--answers", str(kept)]  # fmt: skip
+        ended = home.adaptbot(*command, "--cluster", way.address, OPENAI_API_KEY=ours)
+        assert ended.code == 0, ended.err
+        asked = [each.headers["authorization"].split()[1] for each in model.asked]
+        assert asked[:2] == [ours, ours] and set(asked[2:]) == {theirs}
+        assert len(kept.read_text().splitlines()) == len(asked)
+        again = home.adaptbot(*command, "--jobs", "1", OPENAI_API_KEY=ours)
+        assert len(model.asked) == len(asked), "what a worker was answered is not asked again"
+    assert text(again.out) == text(ended.out)
+    assert b"make toast" in way.seen and ours.encode() not in way.seen
+    written = [f.read_bytes() for f in home.folder.rglob("*") if f.is_file()]
+    assert not any(key.encode() in data for data in written for key in (ours, theirs))
+
+
+def test_tls(home: Home) -> None:
+    if shutil.which("openssl") is None:
+        pytest.skip("no openssl to make certificates with")
+    key, cert = str(home.folder / "key.pem"), str(home.folder / "cert.pem")
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-keyout", key,
+         "-out", cert, "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"],
+        check=True, capture_output=True, env={"PATH": os.environ["PATH"]},
+    )  # fmt: skip
+    tls = {"DASK_DISTRIBUTED__COMM__TLS__CA_FILE": cert}
+    for who in ("CLIENT", "SCHEDULER", "WORKER"):
+        tls[f"DASK_DISTRIBUTED__COMM__TLS__{who}__KEY"] = key
+        tls[f"DASK_DISTRIBUTED__COMM__TLS__{who}__CERT"] = cert
+    with ExitStack() as stack:
+        those = Cluster(home)
+        stack.callback(lambda: [those.kill(name) for name in list(those.parts)])
+        those.scheduler("--protocol", "tls", **tls)
+        assert those.address.startswith("tls://")
+        those.worker("one", **tls)
+        ended = home.adaptbot(*many(home, 2), "--json", "--cluster", those.address, **tls)
+        assert ended.code == 0, ended.err
+        assert ended.json()["arms"]["llm"]["n"] == 2
