@@ -102,12 +102,7 @@ def cluster(address: str, world: Basis, rules: Rules) -> Iterator[Pool]:
         raise AdaptbotError(
             f"a trial was given up: {error.allowed_failures + 1} workers of the cluster at "
             f"{address} died while they ran it, the last at {error.last_worker.address}; see what "
-            f"they wrote, give them more memory, {_GO_ON}"
-        ) from error
-    except ModuleNotFoundError as error:
-        raise AdaptbotError(
-            f"a worker of the cluster at {address} has no {error.name}; install adaptbot-cli there "
-            f"or stop that worker, {_GO_ON}"
+            f"it wrote (no memory left? another program?), {_GO_ON}"
         ) from error
     finally:
         if client is not None:

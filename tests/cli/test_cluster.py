@@ -59,11 +59,12 @@ class Cluster:
         self.until("scheduler", lambda: told.exists() and told.read_text().endswith("}"))
         self.address = json.loads(told.read_text())["address"]
 
-    def worker(self, name: str, *arguments: str, python: Sequence[str] = (), **env: str) -> None:
-        """Start a worker of one thread, and wait until the scheduler has it."""
-        told = ["--no-nanny", "--nthreads", "1", "--memory-limit", "0", *arguments]
-        log = self.start(name, "worker", self.address, *told, python=python, **env)
-        self.until(name, lambda: "Registered to:" in log.read_text())
+    def workers(self, *names: str, python: Sequence[str] = (), **env: str) -> None:
+        """Start workers of one thread, and wait until the scheduler has them."""
+        told = [self.address, "--no-nanny", "--nthreads", "1", "--memory-limit", "0"]
+        logs = {name: self.start(name, "worker", *told, python=python, **env) for name in names}
+        for name, log in logs.items():
+            self.until(name, lambda log=log: "Registered to:" in log.read_text())
 
     def until(self, name: str, seen: Any) -> None:
         """Wait for an event, as long as a part of the cluster lives."""
@@ -80,18 +81,19 @@ class Cluster:
 
 
 @contextmanager
-def cluster(home: Home, *workers: str, **env: str) -> Iterator[Cluster]:
+def cluster(
+    home: Home, *workers: str, arguments: Sequence[str] = (), **env: str
+) -> Iterator[Cluster]:
     """Start a cluster."""
     with ExitStack() as stack:
         made = Cluster(home)
         stack.callback(lambda: [made.kill(name) for name in list(made.parts)])
-        made.scheduler()
-        for name in workers:
-            made.worker(name, **env)
+        made.scheduler(*arguments, **env)
+        made.workers(*workers, **env)
         yield made
 
 
-def many(home: Home, n: int = 20) -> list[str]:
+def many(home: Home, n: int = 12) -> list[str]:
     """The command for some trials, half of which need another answer."""
     lines = [rows(n, WRONG, TEA).splitlines()[k] if k % 2 else rows(n).splitlines()[k]
              for k in range(n)]  # fmt: skip
@@ -170,13 +172,35 @@ def test_what_was_done_is_kept_when_the_cluster_or_its_user_goes(home: Home) -> 
         assert (ended.code, ended.json()["error"]["code"]) == (1, "adaptbot")
         assert "has had no worker for 2 s; start some with `dask worker tcp://" in ended.err
 
-        those.worker("one")
+        those.workers("one")
         ended = ends(lambda running: those.kill("scheduler"))
         assert ended.code == 1 and "was lost: its scheduler" in ended.err
         assert ended.json()["error"]["remedy"].startswith("start it again, and the same command")
     whole = home.adaptbot(*command, "--results", str(results), "--json")
     assert whole.code == 0 and whole.json()["arms"]["llm"]["n"] == 60
     assert len(lines(results)) == 181, "no trial was run twice"
+
+
+def test_a_trial_that_workers_die_of_is_given_up(home: Home) -> None:
+    with cluster(home, "worker") as those:
+        command = [*many(home, 60), "--cluster", those.address]
+        with home.begun(*command) as running:
+            while running.process.runs:
+                those.workers("next")
+                those.kill("worker")
+                those.parts["worker"] = those.parts.pop("next")
+            ended = running.ends()
+    assert ended.code == 1 and "a trial was given up: 4 workers" in ended.err
+
+
+def test_ctrl_c_is_heard_while_nothing_answers(home: Home) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        with home.begun(*many(home), "--cluster", address) as running:
+            server.accept()
+            running.process.kill(signal.SIGINT)
+            ended = running.ends()
+    assert (ended.code, "0 of 36 trials are kept" in ended.err) == (130, True)
 
 
 def test_what_is_no_cluster_is_said(used: Home) -> None:
@@ -236,7 +260,7 @@ def test_a_machine_with_another_program_is_named(home: Home) -> None:
         (changed, "runs another state of the program; install the same there"),
     ):
         with cluster(home) as those:
-            those.worker("odd", python=["-S"], PYTHONPATH=str(place))
+            those.workers("odd", python=["-S"], PYTHONPATH=str(place))
             ended = home.adaptbot(*command, "--cluster", those.address)
             assert (ended.code, "Traceback" in ended.err) == (1, False), ended
             assert "the worker at tcp://127.0.0.1:" in ended.said and said in ended.said
@@ -325,12 +349,8 @@ def test_tls(home: Home) -> None:
     for who in ("CLIENT", "SCHEDULER", "WORKER"):
         tls[f"DASK_DISTRIBUTED__COMM__TLS__{who}__KEY"] = key
         tls[f"DASK_DISTRIBUTED__COMM__TLS__{who}__CERT"] = cert
-    with ExitStack() as stack:
-        those = Cluster(home)
-        stack.callback(lambda: [those.kill(name) for name in list(those.parts)])
-        those.scheduler("--protocol", "tls", **tls)
+    with cluster(home, "one", arguments=["--protocol", "tls"], **tls) as those:
         assert those.address.startswith("tls://")
-        those.worker("one", **tls)
         ended = home.adaptbot(*many(home, 2), "--json", "--cluster", those.address, **tls)
-        assert ended.code == 0, ended.err
-        assert ended.json()["arms"]["llm"]["n"] == 2
+    assert ended.code == 0, ended.err
+    assert ended.json()["arms"]["llm"]["n"] == 2
