@@ -123,6 +123,7 @@ _EXAMPLES = {
         "adaptbot eval recordings.jsonl",
         "adaptbot eval tasks.yaml --model library --world truth",
         "adaptbot eval recordings.jsonl --json --plot report.svg",
+        "adaptbot eval recordings.jsonl --cluster tcp://192.168.0.10:8786",
     ),
     "eval published": ("adaptbot eval published AdaptBot --limit 5",),
     "eval compare": ("adaptbot eval compare before.json after.json",),

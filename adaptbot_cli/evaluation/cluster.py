@@ -8,6 +8,7 @@ Nor is any key: a worker that asks a model takes its key from its own environmen
 import asyncio
 import logging
 import pickle
+import sys
 import threading
 import time
 import uuid
@@ -41,25 +42,30 @@ def check(address: str | None, rules: Rules) -> None:
         return
     if find_spec("distributed") is None:
         raise UsageError("--cluster needs Dask: pip install 'adaptbot-cli[cluster]'")
-    with suppress(ValueError):
+    if not _names_a_port(address):
+        raise UsageError(
+            f'--cluster: "{address}" is no address of a Dask scheduler; it prints its own when it '
+            "starts, such as tcp://192.168.0.10:8786"
+        )
+    if on_board(rules.model):
+        raise UsageError(
+            "a model on board is this machine's own; leave out --cluster, or name a server that "
+            "all workers reach with --api-base"
+        )
+    if any(in_address(rules.api_base or "")):
+        raise UsageError(
+            "the address of the model's server holds a password or a query, which would be sent to "
+            "the cluster; name it without, and set the key where the workers run"
+        )
+
+
+def _names_a_port(address: str) -> bool:
+    try:
         parts = urlsplit(address if "://" in address else f"tcp://{address}")
-        whole = parts.hostname and parts.port and not parts.path and not parts.username
-        if whole and parts.scheme in ("tcp", "tls"):
-            if on_board(rules.model):
-                raise UsageError(
-                    "a model on board is this machine's own; leave out --cluster, or name a server "
-                    "that all workers reach with --api-base"
-                )
-            if any(in_address(rules.api_base or "")):
-                raise UsageError(
-                    "the address of the model's server holds a password or a query, which would be "
-                    "sent to the cluster; name it without, and set the key where the workers run"
-                )
-            return
-    raise UsageError(
-        f'--cluster: "{address}" is no address of a Dask scheduler; it prints its own when it '
-        "starts, such as tcp://192.168.0.10:8786"
-    )
+        there = parts.hostname and parts.port and not (parts.path or parts.username)
+    except ValueError:
+        return False
+    return bool(there) and parts.scheme in ("tcp", "tls")
 
 
 @contextmanager
@@ -84,14 +90,14 @@ def cluster(address: str, world: Basis, rules: Rules) -> Iterator[Pool]:
         client = _connected(address, seconds)
         watch = _Watch(client, address, seconds)
         watch.wait()
-        _same_everywhere(client, seconds)
+        _same_everywhere(client, address, seconds)
         given, topic = rules, f"{_PACKAGE} {uuid.uuid4()}"
         if rules.answers is not None:
             keep = rules.answers.keep
             given = replace(rules, answers=_Told(topic, dict(rules.answers.known())))
             client.subscribe_topic(topic, lambda event: keep(event[1]))
         # The result of a task, not scattered: where its worker dies, another one works it out.
-        data = pickle.dumps((world, given, program()))
+        data = pickle.dumps((world, given, _state()))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that a large graph is sent, once
             place = client.submit(pickle.loads, data, pure=False)
@@ -181,7 +187,7 @@ def _lost(address: str) -> AdaptbotError:
     )
 
 
-def _same_everywhere(client: "Client", seconds: float) -> None:
+def _same_everywhere(client: "Client", address: str, seconds: float) -> None:
     """Raise AdaptbotError if a machine has another adaptbot or Python than this one, or none."""
     from distributed.versions import get_versions
 
@@ -189,11 +195,21 @@ def _same_everywhere(client: "Client", seconds: float) -> None:
     asked = {"packages": [_PACKAGE]}
     message = {"op": "versions", **asked}
     everyone = partial(scheduler.broadcast, msg=message, on_error="ignore")
-    found = client.sync(everyone, callback_timeout=seconds)
-    told = {f"the worker at {worker}": found[worker] for worker in found}
-    there = client.sync(partial(scheduler.versions, **asked), callback_timeout=seconds)
+    try:
+        told = {
+            "the scheduler": client.sync(
+                partial(scheduler.versions, **asked), callback_timeout=seconds
+            )
+        }
+        workers = client.sync(everyone, callback_timeout=seconds)
+    except OSError as error:
+        raise AdaptbotError(
+            f"not every worker of the cluster at {address} answers within {seconds:g} s; stop "
+            "those that do not"
+        ) from error
+    told |= {f"the worker at {worker}": workers[worker] for worker in workers}
     ours = _versions(get_versions(**asked))
-    for who, theirs in {"the scheduler": there, **told}.items():
+    for who, theirs in told.items():
         for name, version in _versions(theirs).items():
             if version != ours[name]:
                 raise AdaptbotError(
@@ -231,10 +247,18 @@ _ONE = threading.Lock()
 """A worker may have several threads; they would share graphs and one interpreter lock."""
 
 
-def _there(place: tuple[Basis, Rules, str], row: Recording, arm: str, carried: Lessons) -> Ended:
+State = tuple[str, tuple[int, int]]
+
+
+def _state() -> State:
+    """The program and the Python that run here."""
+    return program(), sys.version_info[:2]
+
+
+def _there(place: tuple[Basis, Rules, State], row: Recording, arm: str, carried: Lessons) -> Ended:
     """Run a trial on a worker. Raises AdaptbotError: the program is another one here."""
     world, rules, wanted = place
-    if program() != wanted:
+    if _state() != wanted:  # of one that has come later, too
         from distributed import get_worker
 
         raise AdaptbotError(

@@ -197,7 +197,7 @@ def test_ctrl_c_is_heard_while_nothing_answers(home: Home) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
         with home.begun(*many(home), "--cluster", address) as running:
-            server.accept()
+            _connection = server.accept()
             running.process.kill(signal.SIGINT)
             ended = running.ends()
     assert (ended.code, "0 of 36 trials are kept" in ended.err) == (130, True)
