@@ -14,7 +14,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.describing import plainly
 from adaptbot_cli.core.domain import Domain, InitialState
-from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, TRUE, Triple, local
+from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, TRUE, Triple, local, ordered
 
 Sign = Literal["added", "removed", "changed"]
 
@@ -73,7 +73,7 @@ def grouped(delta: Delta, words: "Words") -> list[Edited]:
     """Group a change by the things it is about, by name; one old and one new value are a change."""
     about: dict[Node, dict[Node, tuple[list[Node], list[Node]]]] = {}
     for side, triples in enumerate((delta.removed, delta.added)):
-        for subject, predicate, value in sorted(triples):
+        for subject, predicate, value in ordered(triples):
             sides = about.setdefault(subject, {}).setdefault(predicate, ([], []))
             sides[side].append(value)
     entities = sorted(about, key=lambda entity: (words.name(entity), str(entity)))

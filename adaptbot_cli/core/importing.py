@@ -9,7 +9,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Kind, Property
 from adaptbot_cli.core.names import a
-from adaptbot_cli.core.terms import AB, DATATYPES, FACT_TERMS, Triple, is_value, local
+from adaptbot_cli.core.terms import AB, DATATYPES, FACT_TERMS, Triple, is_value, local, ordered
 
 _DECLARES = frozenset({RDFS.Class, RDF.Property})
 
@@ -98,7 +98,7 @@ class _Sorting:
         kinds = {s: known.get(s) or record[s] for s in record if s not in refused}
         self.kinds = {**known, **kinds}
         several = self._several()
-        for triple in sorted(self.facts):
+        for triple in ordered(self.facts):
             reason = refused.get(triple[0]) or several.get(triple[:2]) or self._reason(triple)
             if reason:
                 self.left_out[triple] = reason
@@ -129,7 +129,7 @@ class _Sorting:
     def _several(self) -> dict[tuple[Node, Node], str]:
         """Functional properties with several values: which one holds is not ours to say."""
         values: dict[tuple[Node, Node], list[Node]] = {}
-        for subject, predicate, value in sorted(self.facts):
+        for subject, predicate, value in ordered(self.facts):
             prop = self._prop(predicate)
             if prop is not None and prop.functional:
                 values.setdefault((subject, predicate), []).append(value)
@@ -214,7 +214,7 @@ def _oddities(
         yield from _elsewhere(facts, declarations, short)
     functional = {prop.iri for prop in domain.properties.values() if prop.functional}
     values: dict[tuple[Node, Node], list[Node]] = {}
-    for subject, predicate, value in sorted(facts):
+    for subject, predicate, value in ordered(facts):
         if predicate in functional:
             values.setdefault((subject, predicate), []).append(value)
         if subject == value:

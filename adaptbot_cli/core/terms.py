@@ -1,6 +1,6 @@
 """The vocabulary of domain packs, RDF terms as this program uses them, and its datatypes."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -48,6 +48,17 @@ def local(node: Node) -> str:
     if not isinstance(node, URIRef):
         return text
     return text.rsplit("#", 1)[-1].rsplit("/", 1)[-1].rsplit(":", 1)[-1] or text
+
+
+def ordered(triples: Iterable[Triple]) -> list[Triple]:
+    """Return triples sorted by their texts: many times faster than by rdflib's own order."""
+
+    def texts(triple: Triple) -> tuple[str, ...]:
+        value = triple[2]
+        kind = f"{value.datatype} {value.language}" if isinstance(value, Literal) else ""
+        return str(triple[0]), str(triple[1]), str(value), kind
+
+    return sorted(triples, key=texts)
 
 
 @lru_cache(maxsize=65536)

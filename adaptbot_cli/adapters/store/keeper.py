@@ -38,7 +38,7 @@ from adaptbot_cli.core.faults import Fault, faults, new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept
+from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept, ordered
 from adaptbot_cli.core.turns import Believe, Keep, Kept
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
@@ -46,6 +46,7 @@ _ACTIONS = "actions.ttl"
 _COMMENTS = re.compile(r"^(?:[ \t]*#[^\n]*(?:\n|\Z))++", re.MULTILINE)
 _BEHIND = re.compile(r"[^\s.][ \t]+#")
 _TRIES = 20
+_TYPE, _LABEL, _OWN = RDF.type, RDFS.label, str(AB)
 T = TypeVar("T")
 PlanFile = Callable[[Lesson, str, str], tuple[str, bytes]]
 """Returns the name and the content of the file of a plan that is to be kept, from the lesson that
@@ -112,11 +113,11 @@ class Held:
         old: dict[str, list[Triple]] = {}
         new: dict[str, list[Triple]] = {}
         filing = Filing(self.files, self.kg)
-        for triple in sorted(change.removed):
+        for triple in ordered(change.removed):
             for file in self._files_of(triple, parts):
                 for name in filing.holding(file, triple[0]):
                     old.setdefault(name, []).append(triple)
-        for triple in sorted(change.added):
+        for triple in ordered(change.added):
             name = filing.filed(self._file_of(triple, parts), triple[0], change.added)
             new.setdefault(name, []).append(triple)
         for name in in_order((*old, *new)):
@@ -137,8 +138,8 @@ class Held:
         subject, predicate, value = triple
         if subject in parts:
             return _ACTIONS
-        own = predicate if predicate != RDF.type else value
-        if predicate == RDFS.label or (own.startswith(str(AB)) and own not in FACT_TERMS):  # type: ignore[attr-defined]
+        own = str(value if predicate == _TYPE else predicate)
+        if predicate == _LABEL or (own.startswith(_OWN) and URIRef(own) not in FACT_TERMS):
             return _ACTIONS
         return "state.ttl" if self.kg.home_of(predicate) == STATES else "attributes.ttl"
 
