@@ -38,6 +38,10 @@ _BLOCKS = re.compile(rb"(?:(?:#[^\n]*\n)*[^\s#.@_]\S* \S[^\n]*\n(?:    \S[^\n]*\
 # What makes a block mean something else than it says by itself.
 _UNCLEAR = re.compile(rb"[<\[(]|_:|\.[ \t]|\"\"\"|'''")
 _SUBJECT = re.compile(rb"^[^\s.#]\S* ", re.MULTILINE)
+_FACTS = 2_000
+"""How many facts of a commit stand in a line of the cache."""
+_AT = 65
+"""Where the lines of the cache begin: behind a digest of them."""
 _CALLED = str(AB.calledAs)
 _LABEL = str(RDFS.label)
 
@@ -64,9 +68,15 @@ class CommitDelta:
     first: Sequence[str] = ()
 
     @property
-    def line(self) -> str:
-        """The same as JSON."""
-        return _as_json((self.sha, self.removed, self.added, self.entries, self.first))
+    def lines(self) -> bytes:
+        """The same as JSON: a line, or several where it has many facts."""
+        most = max(1, len(self.removed), len(self.added))
+        parts = (
+            (self.removed[n : n + _FACTS], self.added[n : n + _FACTS])
+            for n in range(0, most, _FACTS)
+        )
+        rest = (self.entries, self.first)
+        return "\n".join(_as_json((self.sha, *part, *rest)) for part in parts).encode()
 
     @property
     def changes(self) -> Changes:
@@ -87,6 +97,55 @@ def _line_of(triple: Triple) -> str:
 
 
 @dataclass(frozen=True)
+class _Cache:
+    """What commits changed as `CommitDelta.lines`, newest commit first, behind a digest of it."""
+
+    data: bytes = b""
+
+    @classmethod
+    def of_lines(cls, lines: bytes) -> "_Cache":
+        """Return a cache of some lines."""
+        return cls(_digest(lines) + b"\n" + lines)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the lines are those that were written."""
+        return self.data[:_AT] == _digest(memoryview(self.data)[_AT:]) + b"\n"
+
+    @cached_property
+    def spans(self) -> dict[str, tuple[int, int]]:
+        """Where each commit's lines begin and end, by sha."""
+        found: dict[str, tuple[int, int]] = {}
+        at = _AT
+        while at < len(self.data):
+            end = _line_end(self.data, at, len(self.data))
+            sha = self.data[at + 2 : at + 42].decode()
+            found[sha] = (found.get(sha, (at,))[0], end)
+            at = end + 1
+        return found
+
+    def of(self, sha: str) -> bytes | None:
+        """Return the lines of a commit, None if there are none."""
+        start, end = self.spans.get(sha, (0, 0))
+        return self.data[start:end] or None
+
+    def about(self, texts: Sequence[bytes]) -> Iterator[CommitDelta]:
+        """Give the commits with those of their lines in which one of some texts stands; with all
+        of them if there are no texts."""
+        for start, end in self.spans.values():
+            removed, added, line = list[str](), list[str](), None
+            while start < end:
+                stop = _line_end(self.data, start, end)
+                if not texts or any(self.data.find(t, start, stop) >= 0 for t in texts):
+                    line = CommitDelta(*json.loads(self.data[start:stop]))
+                    removed += line.removed
+                    added += line.added
+                start = stop + 1
+            if line is not None:
+                yield replace(line, removed=removed, added=added)
+
+
+@dataclass(frozen=True)
 class Versions:
     """A domain's versions. Methods raise KnowledgeError if the repository cannot be read."""
 
@@ -104,12 +163,10 @@ class Versions:
         return cls(domain, repo)
 
     @cached_property
-    def _known(self) -> dict[str, str]:
-        """The lines of the cache, by sha; none if it was not written so."""
-        digest, _, lines = (self.repo.cached(self.domain) or b"").partition(b"\n")
-        if not lines or digest != _digest(lines):
-            return {}
-        return {line[2:42]: line for line in lines.decode().split("\n")}
+    def _known(self) -> _Cache:
+        """The cache; an empty one if it was not written so."""
+        found = _Cache(self.repo.cached(self.domain) or b"")
+        return found if found.is_whole else _Cache()
 
     @property
     def folder(self) -> str:
@@ -141,26 +198,21 @@ class Versions:
     def taught(self, *about: str) -> Iterator[CommitDelta]:
         """Give every commit that changed the domain's files, newest first, with what it changed.
 
-        With texts that what is sought is `about` (N-Triples, names), only those that have one.
+        With texts that what is sought is `about` (N-Triples, names), only those that have one, and
+        of a commit with very many facts only those near them.
         A file that a commit left as no valid Turtle counts as it was before; of a merge only
         what is in none of its parents counts as its own.
         """
         head, known = self.repo.head(), self._known
-        newest = next(iter(known), None)
+        newest = next(iter(known.spans), None)
         since = newest if head and newest and self.repo.leads_to(newest, head) else None
-        lines = {
-            commit.sha: known.get(commit.sha) or self.taught_by(commit).line
-            for commit in self.repo.log([self.folder], since)
-        }
-        lines |= known if since else {}
-        if list(lines) != list(known):
-            data = "\n".join(lines.values()).encode()
-            self.repo.cache(self.domain, _digest(data) + b"\n" + data)
-            self.__dict__["_known"] = lines
-        sought = [_as_json(text)[1:-1] for text in about]
-        for line in lines.values():
-            if not sought or any(text in line for text in sought):
-                yield CommitDelta(*json.loads(line))
+        shas = [commit.sha for commit in self.repo.log([self.folder], since)]
+        if shas if since else shas != list(known.spans):
+            new = [known.of(sha) or self.taught_by(self._commit(sha)).lines for sha in shas]
+            known = _Cache.of_lines(b"\n".join([*new, *([known.data[_AT:]] if since else [])]))
+            self.repo.cache(self.domain, known.data)
+            self.__dict__["_known"] = known
+        yield from known.about([_as_json(text)[1:-1].encode() for text in about])
 
     def taught_by(self, commit: Commit) -> CommitDelta:
         """Return what a commit changed of the domain."""
@@ -505,5 +557,10 @@ def _as_json(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
-def _digest(lines: bytes) -> bytes:
+def _digest(lines: bytes | memoryview) -> bytes:
     return hashlib.sha256(lines).hexdigest().encode()
+
+
+def _line_end(data: bytes, start: int, end: int) -> int:
+    found = data.find(b"\n", start, end)
+    return end if found < 0 else found

@@ -74,6 +74,25 @@ def test_a_fact_that_still_stands_elsewhere_has_not_gone() -> None:
     assert moved == Delta(added=frozenset({(ex("water"), ex("obj_location"), ex("table"))}))
 
 
+def test_of_a_commit_of_very_many_facts_only_those_near_the_sought_are_read(tmp_path: Path) -> None:
+    one = keeper(tmp_path)
+    one.keep(leek("fridge"))
+    turns = [item(f"thing_{n:04}", "table") for n in range(1_000)]
+    added = frozenset(t for turn in turns for t in turn.lessons[0].delta.added)
+    one.change(Delta(added=added), "learn: very much")
+
+    whole = list(Versions.of(tmp_path, "kitchen").taught())
+    about = list(Versions.of(tmp_path, "kitchen").taught(str(ex("thing_0321"))))
+
+    assert [each.changes for each in whole] == [
+        each.changes for each in Versions.of(tmp_path, "kitchen").taught()
+    ]
+    assert len(whole[0].added) == len(added)
+    [near] = about
+    assert f"<{ex('thing_0321')}> <{ex('obj_location')}> <{ex('table')}>" in near.added
+    assert len(near.added) < len(added)
+
+
 def test_history_is_the_same_from_the_cache(tmp_path: Path) -> None:
     one = keeper(tmp_path)
     one.keep(leek("fridge"))
