@@ -85,12 +85,13 @@ class NameIndex:
 
     def alike(self, name: str, most: int) -> list[str]:
         """Return the IRIs of at most so many things whose names share a pair of letters with a
-        name: those with the most such pairs first, then the shortest, then those of its number."""
+        name: those with the most such pairs first, then the shortest, then those of its number.
+        A thing with several such names stands there once for each."""
         base, number = parted(name)
         pairs = sorted(_pairs(base))
         query = _ALIKE.format(", ".join("?" * len(pairs)))
         found = self._database.execute(query, (PAIR, *pairs, number, most))
-        return list(dict.fromkeys(iri for (iri,) in found))
+        return [iri for (iri,) in found]
 
 
 def parted(name: str) -> tuple[str, str]:

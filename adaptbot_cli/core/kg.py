@@ -41,9 +41,6 @@ T = TypeVar("T")
 MOST_VALUES = 5
 """How many values of a default are looked at."""
 
-_SCANNED = 20
-"""How many things are looked at for each one of some classes that has a name like another."""
-
 Bindings = Mapping[str, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]
 Asked = tuple[int, str, tuple[tuple[str, Node], ...]]
@@ -372,15 +369,22 @@ class Kg:
         a name: those that share the most pairs of letters with it."""
         return [self.name(entity) for entity in self._like(name, classes, most)]
 
-    def names_like(self, name: str, most: int = 1000) -> list[str]:
+    def names_like(self, name: str, most: int = 300) -> list[str]:
         """Return all names of the `most` things that are worth comparing with a name."""
         things = self._like(name, self.domain.kinds, most)
         return [text for thing in things for text in self._every_name(thing)]
 
     def _like(self, name: str, classes: Iterable[Node], most: int) -> list[URIRef]:
-        wanted = frozenset(classes)
-        found = map(URIRef, self.spellings.alike(name, _SCANNED * most))
-        return list(islice((entity for entity in found if self.is_a(entity, wanted)), most))
+        wanted, looked = frozenset(classes), 2 * most
+        while True:
+            alike = self.spellings.alike(name, looked)
+            fitting = (
+                entity for entity in map(URIRef, dict.fromkeys(alike)) if self.is_a(entity, wanted)
+            )
+            found = list(islice(fitting, most))
+            if len(found) == most or len(alike) < looked:
+                return found
+            looked *= 4
 
     def aliases(self, entity: Node) -> tuple[str, ...]:
         """Return the other names that people have taught for an entity."""

@@ -200,7 +200,7 @@ def finder(
 
 def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
     """Places by how many things are kept there, so that the likely ones come first."""
-    counts: Mapping[URIRef, int] = {p: kg.named_in(p, MOST_SHOWN) for p in places}
+    counts: Mapping[URIRef, int] = {p: kg.named_in(p, MOST_FOUND) for p in places}
     return sorted(places, key=lambda place: (-counts[place], place))
 
 
