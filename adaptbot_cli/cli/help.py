@@ -91,6 +91,7 @@ _EXAMPLES = {
     "kg log": ("adaptbot kg log", "adaptbot kg log egg -n 5 --facts"),
     "kg diff": ("adaptbot kg diff", "adaptbot kg diff HEAD~3 HEAD", "adaptbot kg diff --patch"),
     "kg commit": ('adaptbot kg commit -m "the kettle has moved"',),
+    "kg split": ("adaptbot kg split", "adaptbot kg split --domain household"),
     "kg add": ("adaptbot kg add leek", "adaptbot kg add leek --answers leek.yaml --yes"),
     "kg set": (
         "adaptbot kg set egg place cabinet --yes",
