@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from rdflib import RDF, Literal, URIRef
+from rdflib import RDF, RDFS, Literal, URIRef
 from rich.cells import cell_len
 from rich.console import Console, RenderableType
 
@@ -192,6 +192,14 @@ def test_the_changes_are_folded_to_what_differs_at_the_end() -> None:
         "~  board  place          cupboard → bench",
         "+         made of glass  yes",
     ]
+
+
+def test_of_very_many_changes_the_first_are_listed() -> None:
+    kg = workshop()
+    moved = {(URIRef(f"urn:x:{n:03}"), RDFS.comment, Literal("moved")) for n in range(130)}
+    shown = Seen(70).show(diff_table((), [Delta(added=frozenset(moved))], kg, 70))
+    assert shown.lines[-1] == "and 30 more"
+    assert len(shown.lines) == 1 + 100 + 1
 
 
 def test_what_was_learned_is_shown_with_its_graph() -> None:

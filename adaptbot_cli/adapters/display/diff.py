@@ -24,6 +24,8 @@ SIGNS: Mapping[str, Mark] = {
 _ABSENCES: Mapping[Node, str] = {AB.absentItem: "is here", AB.absentAction: "is possible"}
 _WIDEST_NAME, _WIDEST_PROPERTY = 20, 24
 """How wide these columns may become, so that values keep room beside them."""
+_MOST = 100
+"""How many changes are listed: nobody reads on where a bowl of thousands is emptied."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,8 @@ def _width(texts: Iterable[str], widest: int) -> int:
 def _listed(rows: Sequence[_Row], names: int, width: int, none: str) -> RenderableType:
     if not rows:
         return Text(none, "dim")
+    more = len(rows) - _MOST
+    rows = rows[:_MOST]
     props = _width((row.prop for row in rows), _WIDEST_PROPERTY)
     values = [_values(row) for row in rows]
     room = max(width - 1 - names - props - 3 * GAP, 8)
@@ -85,7 +89,7 @@ def _listed(rows: Sequence[_Row], names: int, width: int, none: str) -> Renderab
         above = row.about
         sign = Text(mark.sign, mark.style)
         table.add_row(sign, plain_text(name), plain_text(row.prop, "dim"), Wrapped(value))
-    return table
+    return Group(table, Text(f"and {more:,} more", "dim")) if more > 0 else table
 
 
 def _values(row: _Row) -> Text:
