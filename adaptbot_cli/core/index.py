@@ -1,7 +1,6 @@
 """An index of the names of a home's things: which of them a spelling or a slip may mean."""
 
 import re
-import sqlite3
 from collections.abc import Iterable, Iterator
 from typing import Final
 
@@ -40,6 +39,8 @@ class NameIndex:
     """
 
     def __init__(self, place: str = ":memory:") -> None:
+        import sqlite3  # many commands need no index
+
         self._database = sqlite3.connect(place, check_same_thread=False)
         self._database.executescript(_TABLES)
 
@@ -66,6 +67,8 @@ class NameIndex:
 
     def copy(self, place: str) -> None:
         """Write the whole index into a new database."""
+        import sqlite3
+
         with sqlite3.connect(place) as database:
             self._database.backup(database)
         database.close()

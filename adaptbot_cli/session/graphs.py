@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from adaptbot_cli.workspace import Workspace
 
@@ -10,6 +10,11 @@ if TYPE_CHECKING:
     from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.core.request import Reading
     from adaptbot_cli.core.words import Lexicon
+
+T = TypeVar("T")
+
+_TRIES = 20
+"""How often files are read again because a writer came in between, before it is waited for."""
 
 EDITS = " with edits"
 """Marks in a transcript that the graph was no revision: such a run cannot be played again."""
@@ -32,7 +37,6 @@ def load(
     Raises:
         UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
-    from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
     from adaptbot_cli.core.robots import acting_as
 
@@ -42,6 +46,36 @@ def load(
     files = settled(workspace.root, lambda: workspace.files(domain))
     where = str(workspace.folder(domain))
     return acting_as(load_kg(files, where, read_graphs(facts), workspace.large), robot)
+
+
+def settled(root: Path, read: Callable[[], T]) -> T:
+    """Return what `read` gives between two writes, so that it sees files of one revision only.
+
+    What a kill has interrupted is finished or undone first; a workspace that may not be written is
+    read as it is. Takes no lock unless a writer is at work or was. Raises what `read` raises.
+    """
+    if not root.is_dir():
+        return read()
+    from adaptbot_cli.adapters.store.git import Repo
+
+    repo = Repo.open(root)
+    if repo is None:
+        return read()
+    for _ in range(_TRIES):
+        before = repo.generation()
+        if not repo.interrupted():
+            found = read()
+            if not repo.interrupted() and repo.generation() == before:
+                return found
+        elif not repo.may_write():
+            return read()
+        else:
+            with repo.writing():
+                pass
+    if not repo.may_write():
+        return read()
+    with repo.writing():
+        return read()
 
 
 def reader(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from adaptbot_cli.session.graphs import settled
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
 
     from adaptbot_cli.adapters.planner.library import library_files
     from adaptbot_cli.adapters.store.files import read_files
-    from adaptbot_cli.adapters.store.keeper import create, renamed, settled
+    from adaptbot_cli.adapters.store.keeper import create, renamed
     from adaptbot_cli.adapters.store.reading import load_kg
     from adaptbot_cli.resources import bundled
 

@@ -12,7 +12,7 @@ from adaptbot_cli.core.changes import Changes, Status, Words, Wrong
 from adaptbot_cli.core.faults import FAULT, by_mistake, faults
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session.graphs import load
+from adaptbot_cli.session.graphs import load, settled
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 
@@ -32,7 +32,6 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
         KnowledgeError: its folder cannot be read.
     """
     from adaptbot_cli.adapters.planner.checking import library_faults
-    from adaptbot_cli.adapters.store.keeper import settled
     from adaptbot_cli.adapters.store.reading import check_files
     from adaptbot_cli.core.refine.goals import weak
 

@@ -35,11 +35,6 @@ _UNUSABLE = (OSError, RuntimeError, ValueError, KeyError, sqlite3.Error)
 _numbers = count()
 
 
-def is_large(files: Mapping[str, bytes], large: int) -> bool:
-    """Tell whether a domain's files have more than so many lines."""
-    return sum(data.count(b"\n") for data in files.values()) > large
-
-
 def open_copy(
     parts: Mapping[str, bytes], domain: Domain, fill: Callable[[pyoxigraph.Store], None]
 ) -> Kg | None:

@@ -29,11 +29,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import files
-from adaptbot_cli.adapters.store.trailers import Commit
 from adaptbot_cli.errors import KnowledgeError
 
 if TYPE_CHECKING:
     import pygit2
+
+    from adaptbot_cli.adapters.store.trailers import Commit
 
 PATIENCE: float = 10.0
 """Seconds to wait for another git process."""
@@ -318,7 +319,7 @@ class Repo:
 
     def log(
         self, paths: Sequence[str] = (), since: str | None = None, head: str | None = None
-    ) -> Iterator[Commit]:
+    ) -> "Iterator[Commit]":
         """Give the commits that changed these files or folders (all, if none), newest first;
         with `since` those that it does not lead back to; from `head` on, not what is checked out.
         """
@@ -337,7 +338,7 @@ class Repo:
                 if not names or self._ids(commit.id, *names) not in others:
                     yield _commit(commit, tuple(map(str, parents)))
 
-    def commit_of(self, sha: str) -> Commit:
+    def commit_of(self, sha: str) -> "Commit":
         """Return a commit by its sha; in a shallow clone the parents that are there."""
         with _error_messages(self._top):
             found = self._commit_at(sha)
@@ -896,7 +897,9 @@ def _refuse_borrowed(holder: Path, git: Path) -> None:
         )
 
 
-def _commit(commit: "pygit2.Commit", parents: tuple[str, ...]) -> Commit:
+def _commit(commit: "pygit2.Commit", parents: tuple[str, ...]) -> "Commit":
+    from adaptbot_cli.adapters.store.trailers import Commit
+
     who = commit.author
     when = datetime.fromtimestamp(who.time, timezone(timedelta(minutes=who.offset)))
     message = commit.raw_message.decode("utf-8", "replace")

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeVar
 
 from rdflib import RDF, RDFS, URIRef
 from rdflib.term import Node
@@ -24,6 +23,7 @@ from adaptbot_cli.adapters.store.reading import (
     FACT_FILES,
     fact_files,
     in_order,
+    is_large,
     load_domain,
     load_kg,
     misplaced,
@@ -45,9 +45,7 @@ from adaptbot_cli.errors import KnowledgeError, UsageError
 _ACTIONS = "actions.ttl"
 _COMMENTS = re.compile(r"^(?:[ \t]*#[^\n]*(?:\n|\Z))++", re.MULTILINE)
 _BEHIND = re.compile(r"[^\s.][ \t]+#")
-_TRIES = 20
 _TYPE, _LABEL, _OWN = RDF.type, RDFS.label, str(AB)
-T = TypeVar("T")
 PlanFile = Callable[[Lesson, str, str], tuple[str, bytes]]
 """Returns the name and the content of the file of a plan that is to be kept, from the lesson that
 says so, the planner's name and the transcript's."""
@@ -279,7 +277,7 @@ class Keeper:
                 written[path] = held.files[path.removeprefix(f"{self._where}/")]
             revision = repo.commit(written, message, self.origin.now(), apart, staged)
             held.learn(change, changed)
-            if self.large is not None and copies.is_large(held.files, self.large):
+            if self.large is not None and is_large(held.files, self.large):
                 copies.keep_copy(held.kg, parts_of(held.files))
             return revision
 
@@ -468,32 +466,6 @@ def create(root: Path, files: Mapping[str, bytes], more: Mapping[str, bytes], me
             raise UsageError(f"{root / there[0]} is there already, and nothing is overwritten")
         missing = {p: data for p, data in more.items() if disk.read(root, p) is None}
         return repo.commit(dict(sorted({**files, **missing}.items())), message)
-
-
-def settled(root: Path, read: Callable[[], T]) -> T:
-    """Return what `read` gives between two writes, so that it sees files of one revision only.
-
-    What a kill has interrupted is finished or undone first; a workspace that may not be written is
-    read as it is. Takes no lock unless a writer is at work or was. Raises what `read` raises.
-    """
-    repo = Repo.open(root) if root.is_dir() else None
-    if repo is None:
-        return read()
-    for _ in range(_TRIES):
-        before = repo.generation()
-        if not repo.interrupted():
-            found = read()
-            if not repo.interrupted() and repo.generation() == before:
-                return found
-        elif not repo.may_write():
-            return read()
-        else:
-            with repo.writing():
-                pass
-    if not repo.may_write():
-        return read()
-    with repo.writing():
-        return read()
 
 
 def renamed(files: Mapping[str, bytes], domain: URIRef, new: URIRef, name: str) -> dict[str, bytes]:

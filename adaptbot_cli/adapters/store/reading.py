@@ -8,7 +8,7 @@ import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.store import copies, domains, turtle
+from adaptbot_cli.adapters.store import domains, turtle
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
@@ -71,13 +71,20 @@ def load_kg(
         for name in fact_files(files):
             _fill(store, files[name], f"{where}/{name}", graph_of(name))
 
-    if large is not None and copies.is_large(files, large):
+    if large is not None and is_large(files, large):
+        from adaptbot_cli.adapters.store import copies
+
         kept = copies.open_copy(parts_of(files), domain, fill)
         if kept is not None:
             return kept
     engine = pyoxigraph.Store()
     fill(engine)
     return Kg.over(domain, engine)
+
+
+def is_large(files: Mapping[str, bytes], large: int) -> bool:
+    """Tell whether a domain's files have more than so many lines."""
+    return sum(data.count(b"\n") for data in files.values()) > large
 
 
 def parts_of(files: Mapping[str, bytes]) -> dict[str, bytes]:
