@@ -25,7 +25,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import FACT_FILES
+from adaptbot_cli.adapters.store.reading import FACT_FILES, graph_of
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
 from tests.bench.synthetic import FACTS_A_THING, PLAN, grown
@@ -69,8 +69,8 @@ def started(arguments: list[str], environment: dict[str, str], folder: Path) -> 
     }
 
 
-def raw_load(home: Path) -> Json:
-    """Load the two files in a process that does nothing else; its start is not counted."""
+def raw_load(files: list[Path]) -> Json:
+    """Load the files of facts in a process that does nothing else; its start is not counted."""
     code = (
         "import sys, time, pyoxigraph as o\n"
         "store = o.Store(); begun = time.process_time()\n"
@@ -78,9 +78,8 @@ def raw_load(home: Path) -> Json:
         "    store.bulk_load(path=name, format=o.RdfFormat.TURTLE)\n"
         "print(time.process_time() - begun)"
     )
-    names = [str(home / "kg" / "kitchen" / name) for name in FACT_FILES]
     told = subprocess.run(
-        [sys.executable, "-c", code, *names], check=True, capture_output=True, text=True
+        [sys.executable, "-c", code, *map(str, files)], check=True, capture_output=True, text=True
     )
     return {"seconds": float(told.stdout), "megabytes": None, "code": 0}
 
@@ -91,6 +90,8 @@ def workspace(size: int, folder: Path) -> Path:
     files = Workspace(root).first_files("kitchen")
     more = max(0, size - 1470) // FACTS_A_THING
     home = grown(read_files(bundled("kg") / "kitchen"), more)
+    if size > LARGE * 20:  # too large for a file, and for `kg split`
+        home |= dict(part for name in FACT_FILES for part in parts(name, home[name]))
     files |= {f"kg/kitchen/{name}": data for name, data in home.items()}
     for path, data in files.items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
@@ -102,6 +103,18 @@ def workspace(size: int, folder: Path) -> Path:
     return root
 
 
+def parts(name: str, data: bytes, most: int = 4 << 20) -> Iterator[tuple[str, bytes]]:
+    """Divide a file of facts into several of about so many bytes."""
+    head = data[: data.index(b"\n\n") + 1]
+    at, number = len(head), 1
+    yield name, head
+    while at < len(data):
+        end = data.find(b"\n.\n", at + most)
+        end = end + 3 if end >= 0 else len(data)
+        yield f"{name.removesuffix('.ttl')}/object-{number}.ttl", head + data[at:end]
+        at, number = end, number + 1
+
+
 def measured(size: int, only: list[str], slow: set[str], patience: float) -> Iterator[Json]:
     """Measure every command at a size."""
     with tempfile.TemporaryDirectory() as name:
@@ -109,16 +122,17 @@ def measured(size: int, only: list[str], slow: set[str], patience: float) -> Ite
         # In a process of its own: what a command uses is counted from what its parent uses.
         with ProcessPoolExecutor(1, get_context("spawn")) as pool:
             root = pool.submit(workspace, size, folder).result()
-        facts = sum(
-            (root / "kg" / "kitchen" / file).read_bytes().count(b" ;\n") for file in FACT_FILES
-        )
-        yield {"what": LOAD, "size": size, "facts": facts, **raw_load(root)}
+        there = sorted((root / "kg" / "kitchen").rglob("*.ttl"))
+        given = [
+            path for path in there if graph_of(path.relative_to(root / "kg" / "kitchen").as_posix())
+        ]
+        facts = sum(path.read_bytes().count(b" ;\n") for path in given)
+        yield {"what": LOAD, "size": size, "facts": facts, **raw_load(given)}
         (folder / "PLAN").write_text(PLAN)
         (folder / "ANSWERS").write_text(ANSWERS)
-        given = root / "kg" / "kitchen"
         with (folder / "GIVEN").open("wb") as joined:
-            for file in FACT_FILES:
-                joined.write((given / file).read_bytes() + b"\n")
+            for path in given:
+                joined.write(path.read_bytes() + b"\n")
         environment = {
             "PATH": os.environ["PATH"], "HOME": str(folder), "NO_COLOR": "1", "COLUMNS": "100",
             "PYTHONPATH": str(Path(__file__).parents[2]),
