@@ -105,7 +105,7 @@ def workspace(size: int, folder: Path) -> Path:
 
 def parts(name: str, data: bytes, most: int = 4 << 20) -> Iterator[tuple[str, bytes]]:
     """Divide a file of facts into several of about so many bytes."""
-    head = data[: data.index(b"\n\n") + 1]
+    head = data[: data.index(b"\n", data.rindex(b"\n@prefix") + 1) + 1]
     at, number = len(head), 1
     yield name, head
     while at < len(data):

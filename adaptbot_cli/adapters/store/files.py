@@ -61,7 +61,10 @@ def read(root: Path, path: str) -> bytes | None:
         with os.fdopen(handle, "rb") as opened:
             data = opened.read(LARGEST + 1)
     if len(data) > LARGEST:
-        raise KnowledgeError(f"{root / path} is larger than {LARGEST // 1024**2} MB; split it.")
+        raise KnowledgeError(
+            f"{root / path} is larger than {LARGEST // 1024**2} MB; divide it: facts may stand in "
+            "several files of a folder of its name, such as state/1.ttl."
+        )
     return data
 
 
