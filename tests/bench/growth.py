@@ -193,14 +193,16 @@ def draw(rows: list[Json], path: Path) -> None:
 
     from adaptbot_cli.evaluation.plots import STYLE
 
+    rows = [row for row in rows if row["code"] in (0, 2)]
+    names = dict.fromkeys(row["what"] for row in rows)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7, 4), layout="constrained")
         axes = figure.add_subplot()
-        for n, what in enumerate(dict.fromkeys(row["what"] for row in rows)):
+        for n, what in enumerate(name for name in names if f"{name}, again" not in names):
             mine = sorted((r["facts"], r["seconds"]) for r in rows if r["what"] == what)
             style = {"color": "black", "linestyle": ":"} if what == LOAD else {}
             axes.loglog(*zip(*mine, strict=True), marker="osv^D<>"[n % 7], markersize=3,
-                        linewidth=1, label=what, **style)  # fmt: skip
+                        linewidth=1, label=what.removesuffix(", again"), **style)  # fmt: skip
         axes.set_xlabel("facts in the home")
         axes.set_ylabel("processor time, s")
         axes.legend(fontsize=7, bbox_to_anchor=(1, 1), loc="upper left")
