@@ -108,7 +108,7 @@ def everything(kg: Kg) -> list[tuple[Kind, list[Thing]]]:
 def counts(kg: Kg) -> list[tuple[Kind, int]]:
     """Return every class that has members of its own, with their number, in the domain's order."""
     kinds = sorted(kg.domain.kinds.values(), key=lambda k: (k.order or 99, k.iri))
-    rows = kg.rows(_MEMBERS, {})
+    rows = kg.counted(_MEMBERS)
     counted = {row["kind"]: int(str(row["members"])) for row in rows if "kind" in row}
     return [(kind, counted[kind.iri]) for kind in kinds if kind.iri in counted]
 
