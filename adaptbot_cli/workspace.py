@@ -1,4 +1,4 @@
-"""The folder in which a home's knowledge lives, and how it is found (docs/workspace.md)."""
+"""The folder in which a home's knowledge lives, and how it is found (docs/store.md)."""
 
 import difflib
 import os

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session import graphs, packs, validation
+from adaptbot_cli.session import packs, sources, validation
 from adaptbot_cli.workspace import Workspace
 
 FORM = re.compile(r"\S+\.(ttl|plan)(, line \d+|, entr(y|ies) [^:]+)?: .+; .+", re.DOTALL)
@@ -461,7 +461,7 @@ def test_a_variable_that_is_meant_is_no_slip(ask: str, check: Check) -> None:
 def test_a_likely_slip_keeps_no_pack_from_being_loaded(check: Check, tmp_path: Path) -> None:
     old = '"ASK { ?agent ex:holds ?thing }"'
     assert check(("actions.ttl", old, old.replace("?thing", "?thng")))
-    assert "put_down" in graphs.load(Workspace(tmp_path / "robot"), "starting").domain.actions
+    assert "put_down" in sources.load(Workspace(tmp_path / "robot"), "starting").domain.actions
 
 
 def test_a_sound_pack_has_no_fault(check: Check) -> None:

@@ -11,8 +11,8 @@ from rich.console import Console
 from adaptbot_cli.adapters.planner.library import nearest_plan
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.session.build import Request, build
-from adaptbot_cli.session.graphs import load
 from adaptbot_cli.session.replay import check
+from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
 from tests.asking import task_for
 from tests.packs import EX, FALSE, HOUSEHOLD, KITCHEN, TRUE

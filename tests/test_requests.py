@@ -21,7 +21,7 @@ from adaptbot_cli.core.tutor import pursue_each
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
-from adaptbot_cli.session.graphs import load
+from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
 from tests.asking import lexicon, reading_of
 

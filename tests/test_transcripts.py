@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.transcript.recorder import Recorder
 from adaptbot_cli.core.turns import Ask, Checked, Learned, Propose
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import replay
-from adaptbot_cli.session.graphs import kg_of
+from adaptbot_cli.session.sources import kg_of
 from adaptbot_cli.workspace import Workspace
 
 FILES = sorted(bundled("transcripts").glob("*.yaml"))

@@ -53,12 +53,12 @@ def check(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check a plan against this home: what does not fit, and what would mend it."""
-    from adaptbot_cli.session import graphs, replay
+    from adaptbot_cli.session import replay, sources
 
     home = workspace(workspace_dir)
     text = read_plan(plan)
     started = time.monotonic()
-    graph = graphs.load(home, domain_name(domain, home), kg or (), robot=robot)
+    graph = sources.load(home, domain_name(domain, home), kg or (), robot=robot)
     wanted, banned = items(requires), items(without)
     result = replay.check_request(text, task, home, graph, wanted, banned, not no_repair)
     if json:

@@ -180,9 +180,9 @@ def _git(home: "Workspace") -> Iterator[Check]:
 
 
 def _domain(home: "Workspace", name: str) -> Iterator[Check]:
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
 
-    kg = graphs.load(home, name)
+    kg = sources.load(home, name)
     nodes, edges = kg.size()
     found = f"{len(kg.domain.actions)} actions, {nodes} nodes, {edges} edges"
     yield Check(f"domain {name}", "ok", found)

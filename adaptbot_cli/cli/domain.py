@@ -35,14 +35,14 @@ def list_domains(json: JsonOption = False, workspace_dir: WorkspaceOption = None
     from rich.text import Text
 
     from adaptbot_cli.errors import KnowledgeError
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
 
     home = workspace(workspace_dir)
     rows = []
     for name in home.domains():
         where = "workspace" if home.has(name) else "bundled"
         try:
-            domain = graphs.load(home, name).domain
+            domain = sources.load(home, name).domain
         except KnowledgeError:
             about = f"cannot be read: see adaptbot domain check {name}"
             rows.append(_row(name, about, where, None, None))
@@ -176,9 +176,9 @@ def domain_docs(
     """Describe a domain on a page: classes, questions, actions, tasks. Markdown when piped."""
     from adaptbot_cli.adapters.handbook import handbook
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
 
-    page = handbook(graphs.load(workspace(workspace_dir), name))
+    page = handbook(sources.load(workspace(workspace_dir), name))
     out = console()
     if output is not None:
         try:

@@ -62,13 +62,13 @@ def export(
     """Write a checked plan for a robot's own executive; 3 if it is none to hand over."""
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session import graphs
-    from adaptbot_cli.session.export import export_run, export_text
-    from adaptbot_cli.session.runs import find_run
+    from adaptbot_cli.session import sources
+    from adaptbot_cli.session.exporting import export_run, export_text
+    from adaptbot_cli.session.past_runs import find_run
 
     home = workspace(workspace_dir)
     if plan == "-" or (Path(plan).is_file() and Path(plan).suffix != ".yaml"):
-        graph = graphs.load(home, domain_name(domain, home), robot=robot)
+        graph = sources.load(home, domain_name(domain, home), robot=robot)
         found = export_text(read_plan(plan), task, home, graph, form)
     else:
         found = export_run(find_run(home, plan or None), home, form)

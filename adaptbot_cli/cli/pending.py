@@ -20,7 +20,7 @@ from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.pending import Pending, Sitting
-    from adaptbot_cli.session.pending import Open
+    from adaptbot_cli.session.open_questions import Open
 
 STILL_OPEN = 3
 
@@ -40,7 +40,7 @@ def pending(
     if context.invoked_subcommand is not None:
         return
     from adaptbot_cli.adapters.display.sittings import listing
-    from adaptbot_cli.session.pending import find_open
+    from adaptbot_cli.session.open_questions import find_open
     from adaptbot_cli.session.sync import disputes
 
     home = workspace(workspace_dir)
@@ -101,7 +101,7 @@ def answer_pending(
     from adaptbot_cli.adapters.display.sittings import SittingScreen, came_of
     from adaptbot_cli.errors import Interrupted, UsageError
     from adaptbot_cli.session.build import Request
-    from adaptbot_cli.session.pending import answer, find_open, sit_down
+    from adaptbot_cli.session.open_questions import answer, find_open, sit_down
 
     home = workspace(workspace_dir)
     prompts = terminal()

@@ -83,14 +83,14 @@ def show(
     from adaptbot_cli.cli.run import exit_code
     from adaptbot_cli.core.summary import summary
     from adaptbot_cli.errors import KnowledgeError
-    from adaptbot_cli.session import graphs, replay
-    from adaptbot_cli.session.graphs import reader
+    from adaptbot_cli.session import replay, sources
+    from adaptbot_cli.session.sources import reader
 
     home = home_of(workspace_dir, domain)
     path, plan = _named(home, name)
     if isinstance(plan, str):
         raise KnowledgeError(plan)
-    graph = graphs.load(home.workspace, home.domain)
+    graph = sources.load(home.workspace, home.domain)
     asked = plan.kept.get("request", plan.names[0])
     tasks = reader(graph, home.workspace)(asked).tasks
     task = next((task for task in tasks if asked_of(task) == plan.asked), None)

@@ -26,7 +26,7 @@ from adaptbot_cli.cli.run import pursue
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from adaptbot_cli.session.runs import PastRun, RunDetails
+    from adaptbot_cli.session.past_runs import PastRun, RunDetails
 
 
 class _ListByDefault(Group):
@@ -63,7 +63,7 @@ def list_runs(
     `adaptbot runs WORDS` is `adaptbot runs list WORDS`. Wherever a run is named, its id will do, or
     as much of the beginning of it as no other has.
     """
-    from adaptbot_cli.session.runs import found_runs
+    from adaptbot_cli.session.past_runs import found_runs
 
     home = workspace(workspace_dir)
     found = found_runs(home, task, last)
@@ -82,7 +82,7 @@ def show_run(
     run: RunArgument, json: JsonOption = False, workspace_dir: WorkspaceOption = None
 ) -> None:
     """Show one run: its plan as it was checked, what was asked, and what was learned."""
-    from adaptbot_cli.session.runs import details, find_run
+    from adaptbot_cli.session.past_runs import details, find_run
 
     home = workspace(workspace_dir)
     found = details(home, find_run(home, run))
@@ -100,7 +100,7 @@ def compare_runs(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Compare two runs: planner, outcome, the steps that differ, what was asked and learned."""
-    from adaptbot_cli.session.runs import details, differing_steps, find_run
+    from adaptbot_cli.session.past_runs import details, differing_steps, find_run
 
     home = workspace(workspace_dir)
     found = [details(home, find_run(home, name)) for name in (before, after)]
@@ -175,7 +175,7 @@ def _sheet(found: "list[RunDetails]") -> "RenderableType":
 
 
 def _steps(found: "list[RunDetails]") -> list[tuple[str, ...]]:
-    from adaptbot_cli.session.runs import differing_steps
+    from adaptbot_cli.session.past_runs import differing_steps
 
     if len(found) > 1:
         return [
@@ -221,7 +221,7 @@ def replay(
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.errors import ReplayError
     from adaptbot_cli.session import replay
-    from adaptbot_cli.session.runs import find_run
+    from adaptbot_cli.session.past_runs import find_run
 
     home = workspace(workspace_dir)
     out = console()
@@ -260,7 +260,7 @@ def progress(
     """Show what became of each thing: its places, its states, what it was combined with."""
     from adaptbot_cli.adapters.display import progress_lines as pictures
     from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.session.runs import find_run, retrace
+    from adaptbot_cli.session.past_runs import find_run, retrace
 
     if json and mermaid:
         raise UsageError("--json and --mermaid both want stdout: give one of them")
@@ -307,20 +307,20 @@ def resume(
     from rich.text import Text
 
     from adaptbot_cli.core.visible import visible
-    from adaptbot_cli.session import build, runs
-    from adaptbot_cli.session.graphs import robot_of
+    from adaptbot_cli.session import build, past_runs
+    from adaptbot_cli.session.sources import robot_of
 
     home = workspace(workspace_dir)
-    path = runs.cut_off(home, run)
-    header = runs.header_of(path)
+    path = past_runs.cut_off(home, run)
+    header = past_runs.header_of(path)
     domain = domain_name(_text(header, "domain") or None, home)
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)
-    record = runs.guarded(header)
-    own = runs.is_own(path, header)
+    record = past_runs.guarded(header)
+    own = past_runs.is_own(path, header)
     if not own:
         its = ", ".join(["answers", *record])
-        if record != {"model": "library"} or runs.answered(path):
+        if record != {"model": "library"} or past_runs.answered(path):
             note(f"{path} is of no run of yours: its {its} ignored until `adaptbot trust {path}`")
         record = {"model": "library"} if record.get("model") == "library" else {}
     model, base = _text(record, "model") or None, _text(record, "api_base") or None

@@ -93,9 +93,9 @@ def _robot(name: str, domain: str) -> str:
         AdaptbotError: there is none such, or the home cannot be read.
     """
     from adaptbot_cli.cli.common import workspace
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
 
-    return graphs.load(workspace(None), domain, robot=name).domain.robot
+    return sources.load(workspace(None), domain, robot=name).domain.robot
 
 
 def _misspelt(word: str, commands: frozenset[str]) -> str:

@@ -63,7 +63,7 @@ def _workspace(option: Path | None) -> tuple[Path, bytes, dict[str, object]]:
 
 
 def _transcript(path: Path) -> tuple[Path, bytes, dict[str, object]]:
-    from adaptbot_cli.session import runs
+    from adaptbot_cli.session import past_runs
 
-    header = runs.header_of(path)
-    return path, runs.content_of(header), runs.guarded(header)
+    header = past_runs.header_of(path)
+    return path, past_runs.content_of(header), past_runs.guarded(header)

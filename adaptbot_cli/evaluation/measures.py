@@ -16,7 +16,7 @@ from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Bound, Report, Result
 from adaptbot_cli.core.summary import findings
 from adaptbot_cli.core.terms import AB
-from adaptbot_cli.evaluation.report import WORLD_MEANS, WORLD_SHARES
+from adaptbot_cli.evaluation.figures import WORLD_MEANS, WORLD_SHARES
 
 OF_WORLD = frozenset({*WORLD_SHARES, *WORLD_MEANS})
 """The measures that only a trial in a world has."""

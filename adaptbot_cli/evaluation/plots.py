@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.report import HEADS
+from adaptbot_cli.evaluation.figures import HEADS
 
 Json = dict[str, Any]
 

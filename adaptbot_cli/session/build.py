@@ -16,8 +16,8 @@ from adaptbot_cli.core.turns import Human, Observer, Planner, Store
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
 from adaptbot_cli.core.world import STOPPED
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
-from adaptbot_cli.session.graphs import EDITS, load, reader
-from adaptbot_cli.session.runs import content_of, guarded, remembering, spent
+from adaptbot_cli.session.past_runs import content_of, guarded, remembering, spent
+from adaptbot_cli.session.sources import EDITS, load, reader
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

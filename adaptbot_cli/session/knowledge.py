@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from adaptbot_cli.core.changes import Changes, Words
 from adaptbot_cli.core.terms import SCHEMA, Triple
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.graphs import load
+from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
         yield from map(versions.chapter, versions.taught())
         return
     if _RUN.match(name):
-        from adaptbot_cli.session.runs import find_run
+        from adaptbot_cli.session.past_runs import find_run
 
         run = find_run(home.workspace, name).stem
         every = map(versions.chapter, versions.taught())

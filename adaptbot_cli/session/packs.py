@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from adaptbot_cli.session.graphs import settled
+from adaptbot_cli.session.sources import settled
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
 from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.change import ProposedChange, after
-from adaptbot_cli.session.graphs import load
 from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Observer
 from adaptbot_cli.core.tutor import inspect, pursue_each
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
-from adaptbot_cli.session.graphs import kg_of, reader
+from adaptbot_cli.session.sources import kg_of, reader
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from adaptbot_cli.core.changes import Changes, Status, Words, Wrong
 from adaptbot_cli.core.faults import FAULT, by_mistake, faults
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session.graphs import load, settled
 from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.sources import load, settled
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

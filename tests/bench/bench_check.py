@@ -9,7 +9,7 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from adaptbot_cli.adapters.store import reading
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.session import graphs, replay
+from adaptbot_cli.session import replay, sources
 from adaptbot_cli.workspace import Workspace
 from tests.asking import task_for
 from tests.bench.synthetic import PLAN
@@ -20,7 +20,7 @@ PUBLISHED_STEP = 0.5
 
 
 def test_check_and_execute(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None:
-    kg = graphs.load(Workspace(tmp_path / "none"), "kitchen")
+    kg = sources.load(Workspace(tmp_path / "none"), "kitchen")
     task = task_for("make tea", kg)
 
     def check() -> Result:
@@ -39,7 +39,7 @@ def test_load(benchmark: BenchmarkFixture, table: Table, tmp_path: Path) -> None
 
     def load() -> None:
         reading._examined.cache_clear()  # a pack read again in one process is remembered
-        graphs.load(workspace, "kitchen")
+        sources.load(workspace, "kitchen")
 
     benchmark.pedantic(load, rounds=10, warmup_rounds=1)
     table.add("load the kitchen", float(benchmark.stats.stats.median), None, "")

@@ -29,8 +29,8 @@ from adaptbot_cli.evaluation.experiment import (
     prepare,
     together,
 )
+from adaptbot_cli.evaluation.figures import figures, report, tables
 from adaptbot_cli.evaluation.recordings import read_recordings
-from adaptbot_cli.evaluation.report import figures, report, tables
 from adaptbot_cli.evaluation.trial import Rules
 from adaptbot_cli.workspace import Workspace
 

@@ -16,9 +16,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from adaptbot_cli.evaluation.figures import HEADS
 from adaptbot_cli.evaluation.plots import COLOURS, DASHES, MARKERS, STYLE
 from adaptbot_cli.evaluation.recordings import ARMS
-from adaptbot_cli.evaluation.report import HEADS
 from tests.bench.bench_eval import run
 
 SHARES = (0.0, 0.05, 0.1, 0.2)

@@ -136,7 +136,7 @@ def _serve(address: str) -> None:
 def _warm_up() -> None:
     """Do once what each command would do again: import, open the lexicon, read the packs."""
     from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
     from adaptbot_cli.workspace import Workspace
 
     package = import_module("adaptbot_cli").__path__
@@ -145,7 +145,7 @@ def _warm_up() -> None:
             import_module(module.name)
     WordNet().senses("pan")
     for domain in ("kitchen", "household"):
-        graphs.load(Workspace(Path("nowhere")), domain)
+        sources.load(Workspace(Path("nowhere")), domain)
     gc.collect()
     gc.freeze()  # what is here is shared with every command, and never garbage
 

@@ -5,7 +5,7 @@ import pytest
 from adaptbot_cli.adapters.handbook import escaped
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.core.terms import local
-from adaptbot_cli.session import graphs
+from adaptbot_cli.session import sources
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Home
 
@@ -127,7 +127,7 @@ def test_a_page_is_the_same_in_every_process_and_tells_all(used: Home, name: str
     assert (ended.code, ended.out) == (0, "")
     page = path.read_text(encoding="utf-8")
     assert used.adaptbot("domain", "docs", name, PYTHONHASHSEED="2").out == page
-    domain = graphs.load(Workspace(used.workspace), name).domain
+    domain = sources.load(Workspace(used.workspace), name).domain
     names = [f"### `{action}(" for action in domain.actions]
     names += [f"`{local(iri)}`" for iri in (*domain.properties, *domain.kinds)]
     names += [f"\n### {escaped(task.name)}\n" for task in domain.tasks]

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from adaptbot_cli.session import graphs
+from adaptbot_cli.session import sources
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Ended, Home
 from tests.cli.shape import THING, misfits
@@ -102,7 +102,7 @@ def test_an_unknown_name(said: dict[str, Ended]) -> None:
 
 def test_stats_count_what_is_there(said: dict[str, Ended], used: Home) -> None:
     told = said["stats, json"].json()
-    kg = graphs.load(Workspace(used.workspace), "kitchen")
+    kg = sources.load(Workspace(used.workspace), "kitchen")
     assert (told["nodes"], told["edges"]) == kg.size()
     assert told["actions"] == len(kg.domain.actions) and told["tasks"] == len(kg.domain.tasks)
     assert (

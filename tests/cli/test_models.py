@@ -17,8 +17,8 @@ from adaptbot_cli.adapters.transcript.loading import read
 from adaptbot_cli.adapters.transcript.recorder import Recorder
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.session.build import Request, build
-from adaptbot_cli.session.graphs import load
 from adaptbot_cli.session.replay import replay
+from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace, find
 from tests import loopback as server
 from tests.bench.synthetic import PLAN as TEA

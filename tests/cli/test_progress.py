@@ -16,7 +16,7 @@ from adaptbot_cli.adapters.transcript.loading import read
 from adaptbot_cli.core.progress import Event, Progress, ProgressLine
 from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session.runs import find_run, retrace
+from adaptbot_cli.session.past_runs import find_run, retrace
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Home
 from tests.cli.shape import misfits

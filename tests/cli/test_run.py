@@ -10,7 +10,7 @@ import pytest
 import yaml
 from rich.console import Console
 
-from adaptbot_cli.session import build, graphs
+from adaptbot_cli.session import build, sources
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import ROOT, Ended, Home, mapped
 from tests.cli.shape import is_summary
@@ -230,7 +230,7 @@ def test_the_policy_of_the_paper(dry: Dry) -> None:
 
 def test_every_known_task_has_a_plan_that_meets_its_goal(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path / "none")
-    tasks = graphs.load(workspace, "kitchen").domain.tasks
+    tasks = sources.load(workspace, "kitchen").domain.tasks
     assert len(tasks) >= 50
     failed = [task.name for task in tasks if not _goal_met(task.name, workspace)]
     assert failed == []

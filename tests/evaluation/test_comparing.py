@@ -5,7 +5,7 @@ import pytest
 from rich.console import Console
 
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.compare import (
+from adaptbot_cli.evaluation.comparison import (
     Difference,
     compare,
     contrast,

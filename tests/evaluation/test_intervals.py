@@ -2,7 +2,7 @@ from math import comb
 
 import pytest
 
-from adaptbot_cli.evaluation.report import bootstrap, mcnemar, wilson
+from adaptbot_cli.evaluation.figures import bootstrap, mcnemar, wilson
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from adaptbot_cli.evaluation import plots
+from adaptbot_cli.evaluation.figures import report
 from adaptbot_cli.evaluation.plots import views
 from adaptbot_cli.evaluation.recordings import ARMS
-from adaptbot_cli.evaluation.report import report
 
 SERIES = [(m, d) for m in ("gpt-3.5", "gpt-4o") for d in ("cooking", "cleaning")]
 

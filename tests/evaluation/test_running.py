@@ -7,7 +7,7 @@ import pytest
 
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.evaluation.experiment import Experiment, Results, Setup
-from adaptbot_cli.evaluation.report import report
+from adaptbot_cli.evaluation.figures import report
 from adaptbot_cli.evaluation.trial import Rules
 from tests.evaluation.shared import row, world
 from tests.evaluation.test_trials import GOOD, PEG

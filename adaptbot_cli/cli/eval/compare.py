@@ -22,14 +22,14 @@ def compare(
     json: JsonOption = False,
 ) -> int:
     """Compare two experiments, task by task; exit 3 if the second is worse."""
-    from adaptbot_cli.evaluation import compare
+    from adaptbot_cli.evaluation import comparison
 
-    old, new = compare.read_report(before), compare.read_report(after)
-    found = compare.compare(old, new, tolerance, cost)
+    old, new = comparison.read_report(before), comparison.read_report(after)
+    found = comparison.compare(old, new, tolerance, cost)
     worse = [difference for difference in found if difference.regression]
-    for text in compare.only_in_one(old, new):
+    for text in comparison.only_in_one(old, new):
         typer.echo(f"{text}: left out", err=True)
-    settings = compare.other_settings(old, new)
+    settings = comparison.other_settings(old, new)
     if json:
         printed = {
             "regression": bool(worse),
@@ -38,7 +38,7 @@ def compare(
         }
         print_json(printed)
     else:
-        from adaptbot_cli.evaluation.compare import contrast
+        from adaptbot_cli.evaluation.comparison import contrast
 
         console().print(contrast(found, settings))
     return REGRESSION if worse else 0

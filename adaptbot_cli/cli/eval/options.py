@@ -125,7 +125,7 @@ def show_graphs(settings: dict[str, Any], json: bool) -> None:
     if json:
         return  # the report says it
     from adaptbot_cli.core.visible import visible
-    from adaptbot_cli.evaluation.report import graphs
+    from adaptbot_cli.evaluation.figures import graphs
 
     for line in graphs(settings):
         typer.echo(visible(line), err=True)
@@ -142,8 +142,8 @@ def show(report: dict[str, Any], json: bool, plot: Path | None) -> None:
     if json:
         print_json(report)
         return
+    from adaptbot_cli.evaluation.figures import tables
     from adaptbot_cli.evaluation.plots import over_tasks
-    from adaptbot_cli.evaluation.report import tables
 
     out = console()
     out.print(tables(report))

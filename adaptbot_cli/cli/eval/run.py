@@ -85,9 +85,9 @@ def run(
     from adaptbot_cli.adapters.planner.budget import SECONDS
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.evaluation.experiment import Setup, prepare
+    from adaptbot_cli.evaluation.figures import report
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.recordings import read_recordings, read_tasks
-    from adaptbot_cli.evaluation.report import report
     from adaptbot_cli.evaluation.trial import AnswersFile, Rules
 
     check(plot)
@@ -180,9 +180,9 @@ def published(
     that the authors' people left.
     """
     from adaptbot_cli.evaluation.experiment import Setup, of_published, together
+    from adaptbot_cli.evaluation.figures import report
     from adaptbot_cli.evaluation.plots import check
     from adaptbot_cli.evaluation.published import read_published, write_recordings
-    from adaptbot_cli.evaluation.report import report
     from adaptbot_cli.evaluation.trial import Rules
 
     check(plot)

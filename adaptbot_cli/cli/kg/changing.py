@@ -201,7 +201,7 @@ def add(
     from rich.text import Text
 
     from adaptbot_cli.adapters.display.cells import cell, count
-    from adaptbot_cli.session.teach import teach
+    from adaptbot_cli.session.teaching import teach
 
     home = home_of(workspace_dir, domain)
     added = teach(home, name, answers, terminal(), yes, dry_run)

@@ -45,10 +45,10 @@ def show(
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Show what is known: all of it, one thing, place, class, action or task."""
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
 
     home = workspace(workspace_dir)
-    graph = graphs.load(home, domain_name(domain, home), kg or (), at)
+    graph = sources.load(home, domain_name(domain, home), kg or (), at)
     if tasks or actions:
         plain, table = _listed(graph, tasks, actions)
     elif name is None:
@@ -144,10 +144,10 @@ def stats(
     from adaptbot_cli.adapters.display import things
     from adaptbot_cli.core import view
     from adaptbot_cli.core.terms import local
-    from adaptbot_cli.session import graphs
+    from adaptbot_cli.session import sources
 
     home = workspace(workspace_dir)
-    graph = graphs.load(home, domain_name(domain, home), kg or ())
+    graph = sources.load(home, domain_name(domain, home), kg or ())
     record = {
         **_size(graph),
         "classes": {local(kind.iri): count for kind, count in view.counts(graph)},

@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session import graphs
+from adaptbot_cli.session import sources
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned
 from tests.adapters.store.kills import at_one
@@ -175,7 +175,7 @@ def test_a_reader_never_sees_half_of_a_change(tmp_path: Path) -> None:
                 one.keep(item(f"thing_{turn}", "fridge"))
             return "wrote"
         for _ in range(60):
-            kg = graphs.load(Workspace(root), "kitchen")
+            kg = sources.load(Workspace(root), "kitchen")
             for turn in range(40):
                 known = bool(kg.find(f"thing_{turn}"))
                 if known != ((ex(f"thing_{turn}"), ex("obj_location"), ex("fridge")) in kg.facts):

@@ -16,7 +16,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.session import change, graphs, packs, queries, sync, teach
+from adaptbot_cli.session import change, packs, queries, sources, sync, teaching
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
@@ -48,7 +48,7 @@ def apply(root: Path) -> None:
 
 
 def add(root: Path) -> None:
-    teach.teach(home(root), "leek", root.parent / "answers.yaml", None, agreed=True)
+    teaching.teach(home(root), "leek", root.parent / "answers.yaml", None, agreed=True)
 
 
 def retract(root: Path) -> None:
@@ -125,7 +125,7 @@ def killed(
     whole, commits = content(done), len(list(Repo.open_or_init(done).log()))
     assert at_one(done) and old_head != Repo.open_or_init(done).head()
     root = copied("killed")
-    graphs.load(Workspace(root), "kitchen")  # the pack of this place is in memory from here on
+    sources.load(Workspace(root), "kitchen")  # the pack of this place is in memory from here on
     names = named(lambda: verb(root))
     shutil.rmtree(root.parent)
     series = range(1, len(names) + 1) if long else chosen(names)
@@ -136,7 +136,7 @@ def killed(
         if number % 10 == 0:
             begun(root)  # a run comes next
         elif number % 10 == 5:
-            graphs.load(Workspace(root), "kitchen")  # or a reader
+            sources.load(Workspace(root), "kitchen")  # or a reader
         else:
             with Repo.open_or_init(root).writing():
                 pass  # what any command that writes does first

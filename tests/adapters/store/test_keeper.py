@@ -15,7 +15,7 @@ from adaptbot_cli.adapters.store.keeper import Keeper, start
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session import graphs
+from adaptbot_cli.session import sources
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper, learned, leek
 from tests.adapters.store.kills import at_one, killed_at
@@ -149,7 +149,7 @@ def interrupted(root: Path) -> Keeper:
 def test_reading_finishes_what_a_killed_run_left(tmp_path: Path) -> None:
     interrupted(tmp_path)
     assert b"ex:leek" not in files(tmp_path)["attributes.ttl"]
-    assert graphs.load(Workspace(tmp_path), "kitchen").find("leek") == (ex("leek"),)
+    assert sources.load(Workspace(tmp_path), "kitchen").find("leek") == (ex("leek"),)
     assert b"ex:leek" in files(tmp_path)["attributes.ttl"] and at_one(tmp_path)
 
 
@@ -159,7 +159,7 @@ def test_what_somebody_has_edited_meanwhile_is_left_alone(tmp_path: Path) -> Non
     head = Repo.open_or_init(tmp_path).head()
     attributes = tmp_path / "kg/kitchen/attributes.ttl"
     attributes.write_bytes(attributes.read_bytes() + b"\n# mine\n")
-    assert not graphs.load(Workspace(tmp_path), "kitchen").find("leek")
+    assert not sources.load(Workspace(tmp_path), "kitchen").find("leek")
     assert attributes.read_bytes().endswith(b"# mine\n")
     assert Repo.open_or_init(tmp_path).head() == head and at_one(tmp_path)
 
@@ -172,7 +172,7 @@ def test_a_commit_of_other_files_meanwhile_comes_before(tmp_path: Path) -> None:
     git = ["git", "-c", "user.name=User", "-c", "user.email=user@example.org"]
     subprocess.run([*git, "add", "notes"], cwd=tmp_path, check=True)
     subprocess.run([*git, "commit", "-qm", "mine"], cwd=tmp_path, check=True)
-    assert graphs.load(Workspace(tmp_path), "kitchen").find("leek")
+    assert sources.load(Workspace(tmp_path), "kitchen").find("leek")
     subjects = [commit.subject for commit in Repo.open_or_init(tmp_path).log()]
     assert subjects[:2] == ["learn: there is leek", "mine"] and at_one(tmp_path)
 
@@ -200,7 +200,7 @@ def test_a_record_that_is_damaged_is_told(tmp_path: Path, said: str) -> None:
 def test_reading_without_an_interrupted_write_takes_no_lock(tmp_path: Path) -> None:
     keeper(tmp_path)
     with Repo.open_or_init(tmp_path).writing():
-        assert graphs.load(Workspace(tmp_path), "kitchen").find("egg")
+        assert sources.load(Workspace(tmp_path), "kitchen").find("egg")
 
 
 def test_where_a_fact_comes_from_is_told_from_the_commit_that_has_it(tmp_path: Path) -> None:

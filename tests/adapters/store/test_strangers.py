@@ -22,7 +22,7 @@ from adaptbot_cli.adapters.transcript.loading import (
     unfinished,
 )
 from adaptbot_cli.errors import KnowledgeError, PackError, UsageError
-from adaptbot_cli.session import graphs
+from adaptbot_cli.session import sources
 from adaptbot_cli.session.build import recording
 from adaptbot_cli.workspace import Workspace, find
 from tests.adapters.store.homes import ORIGIN, begun, item, keeper, leek
@@ -58,7 +58,7 @@ def test_what_is_linked_is_not_followed(root: Path, tmp_path: Path, name: str) -
     assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
     if name != ".git/adaptbot":
         with pytest.raises(KnowledgeError, match="symbolic link"):
-            graphs.load(Workspace(root), "kitchen")
+            sources.load(Workspace(root), "kitchen")
 
 
 def test_linked_transcripts_are_refused(root: Path, tmp_path: Path) -> None:
@@ -120,7 +120,7 @@ def test_a_library_plan_is_not_read_through_a_link(root: Path, tmp_path: Path) -
 
 def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(root: Path) -> None:
     _fifo(root / "kg/kitchen/state.ttl")
-    for work in (lambda: graphs.load(Workspace(root), "kitchen"), lambda: begun(root)):
+    for work in (lambda: sources.load(Workspace(root), "kitchen"), lambda: begun(root)):
         with pytest.raises(KnowledgeError, match="state.ttl is no file"):
             work()
 
@@ -238,7 +238,7 @@ def test_a_workspace_of_another_user_is_used_only_when_named(
     with pytest.raises(KnowledgeError, match="belongs to another user.*--workspace"):
         find(None)
     assert find(root).root == root
-    assert graphs.load(find(root), "kitchen").find("leek")
+    assert sources.load(find(root), "kitchen").find("leek")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX only")

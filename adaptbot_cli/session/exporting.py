@@ -60,7 +60,7 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
     from adaptbot_cli.adapters.transcript.loading import read
-    from adaptbot_cli.session.graphs import kg_again
+    from adaptbot_cli.session.sources import kg_again
 
     kg, _ = kg_again(read(path)[0], path, workspace)
     kept = _Rehearsals()

@@ -17,8 +17,8 @@ from adaptbot_cli.session.build import (
     started_on,
 )
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
-from adaptbot_cli.session.graphs import EDITS, load, reader
-from adaptbot_cli.session.runs import is_own
+from adaptbot_cli.session.past_runs import is_own
+from adaptbot_cli.session.sources import EDITS, load, reader
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli import trust
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
-from adaptbot_cli.session.graphs import kg_again, robot_of
 from adaptbot_cli.session.replay import replay
+from adaptbot_cli.session.sources import kg_again, robot_of
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:

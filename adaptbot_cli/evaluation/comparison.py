@@ -13,8 +13,7 @@ from adaptbot_cli import bounded
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.visible import visible
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.evaluation.recordings import ARMS, read_text
-from adaptbot_cli.evaluation.report import (
+from adaptbot_cli.evaluation.figures import (
     HEADS,
     MEANS,
     SHARES,
@@ -24,6 +23,7 @@ from adaptbot_cli.evaluation.report import (
     bootstrap,
     mcnemar,
 )
+from adaptbot_cli.evaluation.recordings import ARMS, read_text
 
 Json = dict[str, Any]
 
