@@ -208,9 +208,10 @@ def _table(changed: Sequence[Difference]) -> Table:
 
 
 def _row(change: Difference) -> list[Text]:
+    p = "" if change.p is None else f"{change.p:.2g}" if change.p >= 0.001 else "<.001"
     mark = Text(WORSE, "bold red") if change.regression else Text()
     values = [_title(change), f"{change.before:.4g}", f"{change.after:.4g}", _gap(change)]
-    values += [f"{change.better}, {change.worse}", _probability(change.p)]
+    values += [f"{change.better}, {change.worse}", p]
     return [mark, *map(Text, values)]
 
 
@@ -223,9 +224,3 @@ def _gap(change: Difference) -> str:
     if abs(gap) >= 10:
         return f"{gap:+.0f} [{low:.0f}, {high:.0f}]".replace("-", "−")
     return f"{gap:+.2g} [{low:.2g}, {high:.2g}]".replace("-", "−")
-
-
-def _probability(p: float | None) -> str:
-    if p is None:
-        return ""
-    return f"{p:.2g}" if p >= 0.001 else "<.001"

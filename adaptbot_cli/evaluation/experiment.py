@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
@@ -29,14 +29,6 @@ from adaptbot_cli.workspace import Workspace
 Json = dict[str, Any]
 
 FORMAT = 1
-
-
-def digest(settings: Json, contents: Iterable[bytes]) -> str:
-    """Return what makes two experiments the same one: settings and the contents of the inputs."""
-    found = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
-    for content in contents:
-        found.update(hashlib.sha256(content).digest())
-    return found.hexdigest()[:16]
 
 
 @dataclass(slots=True)
@@ -270,7 +262,10 @@ class Experiment:
         contents += [self.world.files[name] for name in sorted(self.world.files)]
         contents += [repr(sorted(graph)).encode() for graph in graphs]
         contents += [repr(plan).encode() for plan in self.world.library]
-        return digest(self.setup.as_json(), [*contents, program().encode()])
+        found = hashlib.sha256(json.dumps(self.setup.as_json(), sort_keys=True).encode())
+        for content in (*contents, program().encode()):
+            found.update(hashlib.sha256(content).digest())
+        return found.hexdigest()[:16]
 
     def workers(self, results: Results) -> AbstractContextManager[Pool | None]:
         """Return who runs what is left beside this process, as a context that starts and ends it.

@@ -164,14 +164,10 @@ def _recorded(trials: Sequence[Json]) -> dict[str, float]:
 
 
 @cache
-def _all() -> Json:
-    found: Json = json.loads(Path(__file__).with_name("paper.json").read_text(encoding="utf-8"))
-    return found
-
-
 def paper_figures(model: str, domain: str) -> Json | None:
     """Return the paper's figures for a model and domain: `tasks`, and those of each arm."""
-    found: Json | None = _all().get(domain, {}).get(model)
+    every = json.loads(Path(__file__).with_name("paper.json").read_text(encoding="utf-8"))
+    found: Json | None = every.get(domain, {}).get(model)
     return found
 
 
@@ -236,7 +232,9 @@ def tables(report: Json) -> RenderableType:
     parts += [Text()]
     for group in groups:
         parts += [_title(group, settings), _table(group), Text()]
-    parts += [_all_together(report), Text()] if len(groups) > 1 else []
+    if len(groups) > 1:
+        n = next(iter(report["arms"].values()))["n"]
+        parts += [Text(f"all {n} tasks", "bold"), _means(report["arms"]), Text()]
     scored = [group for group in groups if group["paper"]]
     if scored:
         parts += [_scored(scored)]
@@ -271,37 +269,38 @@ def _title(group: Json, settings: Json) -> Text:
 
 def _table(group: Json) -> Table:
     arms = group["arms"]
-    table = _frame("mean a task [95 %]", arms)
-    for measure in _measured(arms):
-        table.add_row(measure.title, *(_cell(measure, figures) for figures in arms.values()))
-        for label, row in _published(measure, group):
-            table.add_row(Text(f"  {label}", "dim"), *(Text(value, "dim") for value in row))
+    table = _means(arms, group)
     sizes = (f"{f['nodes'][1]}, {f['edges'][1]}" for f in arms.values())
     first = next(iter(arms.values()))
     table.add_row("nodes, edges after", *sizes)
-    table.add_row(
-        Text("  before", "dim"), *_dim([f"{first['nodes'][0]}, {first['edges'][0]}"] * len(arms))
-    )
+    table.add_row(*_dim(["  before", *[f"{first['nodes'][0]}, {first['edges'][0]}"] * len(arms)]))
     if group["paper"]:
         paper = (group["paper"]["arms"].get(arm, {}) for arm in arms)
-        table.add_row(
-            Text(f"  paper, {group['paper']['tasks']}", "dim"),
-            *_dim([f"{p['nodes']}, {p['edges']}" if p else "" for p in paper]),
-        )
+        sizes = (f"{p['nodes']}, {p['edges']}" if p else "" for p in paper)
+        table.add_row(*_dim([f"  paper, {group['paper']['tasks']}", *sizes]))
     table.add_row("seconds, all tasks", *(f"{f['seconds']:.1f}" for f in arms.values()))
     return table
 
 
-def _measured(arms: Mapping[str, Json]) -> list[Measure]:
-    """The measures that the arms have."""
-    return [m for m in MEASURES if any(m.name in figures for figures in arms.values())]
+def _means(arms: Mapping[str, Json], group: Json | None = None) -> Table:
+    """The measures of some arms, with what was published of them for a group."""
+    table = framed("mean a task [95 %]", *map(HEADS.__getitem__, arms))
+    for measure in MEASURES:
+        if not any(measure.name in figures for figures in arms.values()):
+            continue
+        table.add_row(measure.title, *(_cell(measure, figures) for figures in arms.values()))
+        for label, values in _published(measure, group) if group else ():
+            if any(value is not None for value in values):
+                written = ("" if value is None else measure.write(value) for value in values)
+                table.add_row(*_dim((f"  {label}", *written)))
+    return table
 
 
-def _frame(head: str, arms: Mapping[str, Json]) -> Table:
+def framed(*heads: str) -> Table:
+    """Return an empty table whose first column holds names and the others figures."""
     table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
-    table.add_column(head, no_wrap=True)
-    for arm in arms:
-        table.add_column(HEADS[arm], justify="right", no_wrap=True)
+    for n, head in enumerate(heads):
+        table.add_column(head, justify="right" if n else "left", no_wrap=True)
     return table
 
 
@@ -317,44 +316,22 @@ def _cell(measure: Measure, figures: Json) -> Text:
     return text
 
 
-def _published(measure: Measure, group: Json) -> Iterator[tuple[str, list[str]]]:
-    """What was published of a measure: for the same tasks, and in the paper."""
-    if not measure.published:
-        return
-    recorded = [group["recorded"][arm].get(measure.published) for arm in group["arms"]]
-    if any(value is not None for value in recorded):
-        yield "as recorded, same tasks", [_or_nothing(measure, value) for value in recorded]
-    if group["paper"]:
-        paper = [
-            group["paper"]["arms"].get(arm, {}).get(measure.published) for arm in group["arms"]
-        ]
-        if any(value is not None for value in paper):
-            yield f"paper, {group['paper']['tasks']}", [_or_nothing(measure, v) for v in paper]
+def _published(measure: Measure, group: Json) -> Iterator[tuple[str, list[float | None]]]:
+    """What was published of a measure in each arm: for the same tasks, and in the paper."""
+    name, arms, paper = measure.published, group["arms"], group["paper"]
+    if name:
+        yield "as recorded, same tasks", [group["recorded"][arm].get(name) for arm in arms]
+    if name and paper:
+        yield f"paper, {paper['tasks']}", [paper["arms"].get(arm, {}).get(name) for arm in arms]
 
 
-def _or_nothing(measure: Measure, value: float | None) -> str:
-    return "" if value is None else measure.write(value)
-
-
-def _dim(values: Sequence[str]) -> list[Text]:
+def _dim(values: Iterable[str]) -> list[Text]:
     return [Text(value, "dim") for value in values]
-
-
-def _all_together(report: Json) -> Group:
-    arms = report["arms"]
-    table = _frame("mean a task [95 %]", arms)
-    for measure in _measured(arms):
-        table.add_row(measure.title, *(_cell(measure, figures) for figures in arms.values()))
-    n = next(iter(arms.values()))["n"]
-    return Group(Text(f"all {n} tasks", "bold"), table)
 
 
 def _scored(groups: Sequence[Json]) -> Group:
     """The paper's success rate on its own: 18 people scored it, which no program can repeat."""
-    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
-    table.add_column("", no_wrap=True)
-    for head in HEADS.values():
-        table.add_column(head, justify="right", no_wrap=True)
+    table = framed("", *HEADS.values())
     for group in groups:
         arms = group["paper"]["arms"]
         rates = [f"{100 * arms[arm]['scored_by_people']:.1f}" for arm in HEADS]

@@ -1,8 +1,10 @@
 """Draws a report's pictures for a paper: SVG, PDF or PNG, in colours that all people tell apart."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from itertools import accumulate
+from operator import or_
 from pathlib import Path
 from typing import Any
 
@@ -25,120 +27,52 @@ HUMAN = "llm+kg+human"
 
 
 @dataclass(frozen=True, slots=True)
-class Bar:
-    """One bar: a share from 0 to 1 with its 95 % interval."""
-
-    arm: str
-    measure: str
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True)
-class Bars:
-    """The arms side by side, for one model and domain."""
-
-    title: str
-    n: int
-    bars: tuple[Bar, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A value after each task, in the order of tasks."""
-
-    name: str
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Lines:
-    """One value of several series over task order; `note` says what is counted, and from where."""
+    """One value of several series after each task, in the order of tasks, by the series' names.
+
+    `note` is what is counted, and from where.
+    """
 
     title: str
     note: str
     unit: str
-    lines: tuple[Line, ...]
+    series: Mapping[str, Sequence[float]]
 
 
-@dataclass(frozen=True, slots=True)
-class Views:
-    """Everything that is drawn of a report."""
+def questions_and_growth(report: Json) -> tuple[Lines, Lines]:
+    """Return what was asked and what was taught over task order, in the arm with a person.
 
-    arms: tuple[Bars, ...]
-    questions: Lines
-    growth: Lines
-
-
-def views(report: Json) -> Views:
-    """Return what the pictures of a report show."""
-    groups = report["groups"]
-    together = {"model": "all tasks", "domain": "", "arms": report["arms"]}
-    shown = groups if len(groups) <= 4 else [together]
-    series = list(_series(report["trials"]))
+    Each says whether a task knows what was taught in those before it.
+    """
+    asked, taught = dict[str, list[float]](), dict[str, list[float]]()
     carried = report["settings"]["cumulative"]
-    asked = tuple(Line(name, _column(trials, "questions")) for name, trials in series)
-    taught = tuple(Line(name, _taught(trials, carried)) for name, trials in series)
-    return Views(tuple(_bars(group) for group in shown), *_over_tasks(asked, taught, carried))
-
-
-def _over_tasks(
-    asked: tuple[Line, ...], taught: tuple[Line, ...], carried: bool
-) -> tuple[Lines, Lines]:
-    """Questions and growth; each says whether a task knows what was taught in those before it."""
-    order = "knowledge carried over" if carried else "each task from the same graph"
-    growth = "Growth of the knowledge graph" if carried else "What the person taught"
-    sofar = (
-        "facts added since before task 1"
-        if carried
-        else "different facts so far; none carried over"
-    )
-    return (
-        Lines("Questions to the person", order, "questions", asked),
-        Lines(growth, sofar, "facts", taught),
-    )
+    trials = [trial for trial in report["trials"] if trial["arm"] == HUMAN]
+    for name in map(name_of, trials):
+        if name not in asked:
+            those = [trial for trial in trials if name_of(trial) == name]
+            those.sort(key=lambda trial: trial["index"])
+            asked[name] = [trial["questions"] for trial in those]
+            taught[name] = _taught(those, carried)
+    if carried:
+        order, growth = "knowledge carried over", "Growth of the knowledge graph"
+        sofar = "facts added since before task 1"
+    else:
+        order, growth = "each task from the same graph", "What the person taught"
+        sofar = "different facts so far; none carried over"
+    questions = Lines("Questions to the person", order, "questions", asked)
+    return questions, Lines(growth, sofar, "facts", taught)
 
 
 def name_of(group: Json) -> str:
-    """Return what a group is called in a title."""
+    """Return what the trials of a model and domain are called."""
     return ", ".join(part for part in (group["model"], group["domain"]) if part) or "tasks"
 
 
-def _bars(group: Json) -> Bars:
-    n = next(iter(group["arms"].values()))["n"]
-    bars = tuple(
-        Bar(arm, measure, figures[measure], *figures["intervals"][measure])
-        for measure in BAR_MEASURES
-        for arm, figures in group["arms"].items()
-        if figures[measure] is not None
-    )
-    return Bars(name_of(group), n, bars)
-
-
-def _series(trials: Sequence[Json]) -> Iterator[tuple[str, list[Json]]]:
-    """The trials of each series in the arm with a person, in the order of tasks."""
-    asked = [trial for trial in trials if trial["arm"] == HUMAN]
-    for model, domain in dict.fromkeys((t["model"], t["domain"]) for t in asked):
-        those = [t for t in asked if (t["model"], t["domain"]) == (model, domain)]
-        name = name_of({"model": model, "domain": domain})
-        yield name, sorted(those, key=lambda trial: trial["index"])
-
-
-def _column(trials: Sequence[Json], name: str) -> tuple[float, ...]:
-    return tuple(trial[name] for trial in trials)
-
-
-def _taught(trials: Sequence[Json], carried: bool) -> tuple[float, ...]:
+def _taught(trials: Sequence[Json], carried: bool) -> list[float]:
     """How many facts all tasks so far have added."""
     if carried:
-        return tuple(trial["edges"][1] - trials[0]["edges"][0] for trial in trials)
-    known: set[str] = set()
-    found = []
-    for trial in trials:
-        known |= set(trial["taught"])
-        found.append(float(len(known)))
-    return tuple(found)
+        return [trial["edges"][1] - trials[0]["edges"][0] for trial in trials]
+    return [len(known) for known in accumulate((set(t["taught"]) for t in trials), or_)]
 
 
 ENDINGS = (".svg", ".pdf", ".png")
@@ -197,48 +131,49 @@ def draw(report: dict[str, Any], path: Path) -> None:
 def _figure(report: dict[str, Any]) -> Any:
     from matplotlib.figure import Figure
 
-    shown = views(report)
-    has_person = bool(shown.questions.lines)
-    rows = (len(shown.arms) + 1) // 2 + has_person
+    groups = report["groups"]
+    if len(groups) > 4:
+        groups = [{"model": "all tasks", "domain": "", "arms": report["arms"]}]
+    questions, growth = questions_and_growth(report)
+    rows = (len(groups) + 1) // 2 + bool(questions.series)
     figure = Figure(figsize=(WIDTH, ROW * rows + 0.3), layout="constrained")
     grid = figure.add_gridspec(rows, 2)
-    for n, bars in enumerate(shown.arms):
-        alone = len(shown.arms) == n + 1 and n % 2 == 0
-        place = grid[n // 2, :] if alone else grid[n // 2, n % 2]
-        _draw_bars(figure.add_subplot(place), bars)
-    if has_person:
-        _draw_counts(figure.add_subplot(grid[rows - 1, 0]), shown.questions)
-        _draw_steps(figure.add_subplot(grid[rows - 1, 1]), shown.growth)
+    for n, group in enumerate(groups):
+        alone = len(groups) == n + 1 and n % 2 == 0
+        _draw_bars(figure.add_subplot(grid[n // 2, :] if alone else grid[n // 2, n % 2]), group)
+    if questions.series:
+        _draw_counts(figure.add_subplot(grid[rows - 1, 0]), questions)
+        _draw_steps(figure.add_subplot(grid[rows - 1, 1]), growth)
     return figure
 
 
-def _draw_bars(axes: Any, bars: Bars) -> None:
-    arms = list(dict.fromkeys(bar.arm for bar in bars.bars))
-    measures = [name for name in BAR_MEASURES if any(bar.measure == name for bar in bars.bars)]
+def _draw_bars(axes: Any, group: Json) -> None:
+    """Draw the arms side by side: shares with their 95 % intervals, as percentages."""
+    arms = group["arms"]
+    shown = [m for m in BAR_MEASURES if any(each[m] is not None for each in arms.values())]
     width = 0.8 / len(arms)
-    for n, arm in enumerate(arms):
-        mine = [bar for bar in bars.bars if bar.arm == arm]
-        at = [measures.index(bar.measure) + (n - (len(arms) - 1) / 2) * width for bar in mine]
-        heights = [100 * bar.value for bar in mine]
-        errors = [
-            [100 * max(0.0, bar.value - bar.low) for bar in mine],
-            [100 * max(0.0, bar.high - bar.value) for bar in mine],
-        ]
+    for n, (arm, figures) in enumerate(arms.items()):
+        mine = [m for m in shown if figures[m] is not None]
+        ends = [(figures[m], *figures["intervals"][m]) for m in mine]
         axes.bar(
-            at,
-            heights,
+            [shown.index(m) + (n - (len(arms) - 1) / 2) * width for m in mine],
+            [100 * value for value, _, _ in ends],
             width * 0.92,
-            yerr=errors,
+            yerr=[
+                [100 * max(0.0, value - low) for value, low, _ in ends],
+                [100 * max(0.0, high - value) for value, _, high in ends],
+            ],
             color=COLOURS[arm],
             label=HEADS[arm],
             error_kw={"elinewidth": 0.7, "capsize": 1.8, "capthick": 0.7, "ecolor": "#222222"},
         )
-    axes.set_xticks(range(len(measures)), [BAR_MEASURES[name] for name in measures])
+    axes.set_xticks(range(len(shown)), [BAR_MEASURES[name] for name in shown])
     axes.tick_params(axis="x", length=0)
     axes.set_ylim(0, 100 * _headroom(1))
     axes.set_yticks(range(0, 101, 25))
     axes.set_ylabel("%")
-    axes.set_title(f"{bars.title} (n = {bars.n})", loc="left")
+    n = next(iter(arms.values()))["n"]
+    axes.set_title(f"{name_of(group)} (n = {n})", loc="left")
     _legend(axes, len(arms))
 
 
@@ -260,49 +195,45 @@ def _legend(axes: Any, columns: int = COLUMNS) -> None:
 
 def _draw_counts(axes: Any, lines: Lines) -> None:
     """Draw small counts as bars side by side: lines between them would mean nothing."""
-    width = 0.8 / len(lines.lines)
-    for n, line in enumerate(lines.lines):
-        at = [place + (n - (len(lines.lines) - 1) / 2) * width for place in _places(line)]
+    width = 0.8 / len(lines.series)
+    for n, (name, values) in enumerate(lines.series.items()):
+        first = 1 + (n - (len(lines.series) - 1) / 2) * width
         axes.bar(
-            at,
-            line.values,
+            [first + place for place in range(len(values))],
+            values,
             width * 0.92,
             facecolor=SERIES[n % len(SERIES)],
             edgecolor="white",
             linewidth=0,
             hatch=HATCHES[n % len(HATCHES)],
-            label=line.name,
+            label=name,
         )
     _task_order(axes, lines)
 
 
 def _draw_steps(axes: Any, lines: Lines) -> None:
     """Draw what grows: it stays as it is until the next task adds to it."""
-    for n, line in enumerate(lines.lines):
+    for n, (name, values) in enumerate(lines.series.items()):
         axes.plot(
-            _places(line),
-            line.values,
+            range(1, len(values) + 1),
+            values,
             color=SERIES[n % len(SERIES)],
             marker=MARKERS[n % len(MARKERS)],
             linestyle=DASHES[n % len(DASHES)],
             drawstyle="steps-post",
             markersize=3.2,
             linewidth=1,
-            label=line.name,
+            label=name,
             clip_on=False,
         )
     _task_order(axes, lines)
 
 
-def _places(line: Line) -> range:
-    return range(1, len(line.values) + 1)
-
-
 def _task_order(axes: Any, lines: Lines) -> None:
-    longest = max(len(line.values) for line in lines.lines)
-    most = max(value for line in lines.lines for value in line.values)
+    longest = max(map(len, lines.series.values()))
+    most = max(map(max, lines.series.values()))
     axes.set_xlim(0.4, longest + 0.6)
-    axes.set_ylim(0, max(1, most) * _headroom(-(-len(lines.lines) // COLUMNS)))
+    axes.set_ylim(0, max(1, most) * _headroom(-(-len(lines.series) // COLUMNS)))
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.yaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("task, in order")
@@ -316,15 +247,14 @@ LEVELS = " ▁▂▃▄▅▆▇█"
 
 def over_tasks(report: Json) -> RenderableType:
     """Draw questions and growth over task order as small lines; the arms are in the tables."""
-    shown = views(report)
     parts: list[RenderableType] = []
-    for lines in (shown.questions, shown.growth):
+    for lines in questions_and_growth(report):
         table = Table.grid(padding=(0, 1))
-        most = max((value for line in lines.lines for value in line.values), default=0) or 1
-        for line in lines.lines:
-            drawn = "".join(LEVELS[round(value / most * 8)] for value in line.values)
-            text = f"{line.values[0]:g} → {line.values[-1]:g} {lines.unit}"
-            table.add_row(line.name, Text(drawn, "blue"), Text(text, "dim"))
-        if lines.lines:
+        most = max(map(max, lines.series.values()), default=0) or 1
+        for name, values in lines.series.items():
+            drawn = "".join(LEVELS[round(value / most * 8)] for value in values)
+            text = f"{values[0]:g} → {values[-1]:g} {lines.unit}"
+            table.add_row(name, Text(drawn, "blue"), Text(text, "dim"))
+        if lines.series:
             parts += [Text(f"\n{lines.title} ({lines.note})", "bold"), table]
     return Group(*parts)

@@ -73,12 +73,9 @@ def _series(part: Path, model: str, domain: str) -> Series:
             before = raw
             row = tasks.setdefault(index, _row(model, domain, index, results))
             _take(row, arm, trial, results)
+    after = part / FOLDERS["llm_kg_human"] / "initial_onto.ttl"
     rows = tuple(tasks[index] for index in sorted(tasks) if tasks[index]["trials"])
-    return Series(model, domain, rows, part / "initial_onto.ttl", _after(part))
-
-
-def _after(part: Path) -> Path:
-    return part / FOLDERS["llm_kg_human"] / "initial_onto.ttl"
+    return Series(model, domain, rows, part / "initial_onto.ttl", after)
 
 
 def _results(folder: Path) -> list[tuple[int, Path]]:
@@ -119,7 +116,9 @@ def _trial(folder: Path, before: list[str]) -> tuple[Json, list[str], Json]:
     refined = list(_texts(outputs, "LLM_output.txt", "LLM_updated_output_{}.txt"))
     left_over = [k for k in range(1, len(raw)) if k < len(before) and raw[k] == before[k]]
     kept = [k for k in range(len(raw)) if k not in left_over]
-    record = dict(enumerate(_feedback(_numbered(folder, "Feedbacks_")), start=1))
+    name = "LLM_feedback_with_error_{}.txt"
+    told = _texts(_numbered(folder, "Feedbacks_"), name.format(0), name)
+    record = dict(enumerate(told, start=1))
     results = _fields(folder / "results.json")
     trial = {
         "answers": [raw[k] for k in kept],
@@ -143,11 +142,6 @@ def _texts(folder: Path, first: str, later: str) -> Iterator[str]:
         if not (folder / name).is_file():
             return
         yield read_text(folder / name)
-
-
-def _feedback(folder: Path) -> Iterator[str]:
-    name = "LLM_feedback_with_error_{}.txt"
-    return _texts(folder, name.format(0), name)
 
 
 def _fields(path: Path) -> Json:

@@ -8,7 +8,7 @@ import pytest
 
 from adaptbot_cli.evaluation import plots
 from adaptbot_cli.evaluation.figures import report
-from adaptbot_cli.evaluation.plots import views
+from adaptbot_cli.evaluation.plots import questions_and_growth
 from adaptbot_cli.evaluation.recordings import ARMS
 
 SERIES = [(m, d) for m in ("gpt-3.5", "gpt-4o") for d in ("cooking", "cleaning")]
@@ -47,9 +47,10 @@ def test_each_panel_has_its_legend(n: int, tmp_path: Path) -> None:
 
 
 def test_growth_says_what_it_counts() -> None:
-    kept, alone = (views(made(SERIES[:1], cumulative)) for cumulative in (True, False))
-    assert kept.growth.title == "Growth of the knowledge graph"
-    assert "since before task 1" in kept.growth.note
-    assert "none carried over" in alone.growth.note and "Growth" not in alone.growth.title
-    assert kept.questions.note != alone.questions.note
-    assert kept.growth.lines[0].values == alone.growth.lines[0].values == (1, 2, 3)
+    said, growth = questions_and_growth(made(SERIES[:1], True))
+    said_alone, alone = questions_and_growth(made(SERIES[:1], False))
+    assert growth.title == "Growth of the knowledge graph"
+    assert "since before task 1" in growth.note
+    assert "none carried over" in alone.note and "Growth" not in alone.title
+    assert said.note != said_alone.note
+    assert [*growth.series.values()] == [*alone.series.values()] == [[1, 2, 3]]
