@@ -7,22 +7,19 @@ from typing import Annotated
 
 import typer
 
-from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
-    DomainOption,
+    ANYWHERE,
     JsonOption,
     KgOption,
+    Place,
     RequiresOption,
     RobotOption,
+    TaskOption,
     WithoutOption,
-    WorkspaceOption,
     console,
-    domain_name,
     items,
     print_json,
-    workspace,
 )
-from adaptbot_cli.cli.help import task_option
 from adaptbot_cli.cli.run import exit_code
 
 
@@ -30,19 +27,12 @@ def check(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="A file with a plan, or - for stdin.")
     ] = "",
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     robot: RobotOption = "",
     kg: KgOption = None,
     requires: RequiresOption = None,
     without: WithoutOption = None,
-    task: Annotated[
-        str,
-        task_option(
-            metavar="TEXT",
-            help="The task, for its required items and goal.",
-            autocompletion=completion.tasks,
-        ),
-    ] = "",
+    task: TaskOption = "",
     no_repair: Annotated[
         bool,
         typer.Option(
@@ -50,17 +40,16 @@ def check(
         ),
     ] = False,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check a plan against this home: what does not fit, and what would mend it."""
     from adaptbot_cli.session import replay, sources
 
-    home = workspace(workspace_dir)
+    home = place.home()
     text = read_plan(plan)
     started = time.monotonic()
-    graph = sources.load(home, domain_name(domain, home), kg or (), robot=robot)
+    graph = sources.load(home.workspace, home.domain, kg or (), robot=robot)
     wanted, banned = items(requires), items(without)
-    result = replay.check_request(text, task, home, graph, wanted, banned, not no_repair)
+    result = replay.check_request(text, task, home.workspace, graph, wanted, banned, not no_repair)
     if json:
         from adaptbot_cli.core.summary import summary
 

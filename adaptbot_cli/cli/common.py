@@ -2,6 +2,7 @@
 
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any
 
@@ -33,15 +34,8 @@ WorkspaceOption = Annotated[
 AnswersOption = Annotated[
     Path | None, person_option(metavar="FILE", help="Answers in YAML, instead of a person.")
 ]
-DomainOption = Annotated[
-    str | None,
-    home_option(
-        "--domain",
-        metavar="NAME",
-        help="The domain, such as kitchen.",
-        autocompletion=completion.domains,
-    ),
-]
+YesOption = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask before committing.")]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Show the change; write nothing.")]
 RobotOption = Annotated[
     str,
     home_option(
@@ -69,6 +63,18 @@ WithoutOption = Annotated[
         help="What must not be used, whatever the request.",
         autocompletion=completion.things,
     ),
+]
+TaskOption = Annotated[
+    str,
+    task_option(
+        "--task",
+        metavar="TEXT",
+        help="The task, for its required items and goal.",
+        autocompletion=completion.tasks,
+    ),
+]
+OutputOption = Annotated[
+    Path | None, output_option("-o", "--output", metavar="FILE", help="Write it here.")
 ]
 KgOption = Annotated[
     list[Path] | None,
@@ -103,6 +109,35 @@ MaxCostOption = Annotated[
     float | None, model_option(min=0, metavar="USD", help="US dollars in this run.")
 ]
 
+FINDINGS = 3
+"""The exit code of a command that has found what is not as it should be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The options that say which home is meant: a domain in a workspace."""
+
+    domain: Annotated[
+        str | None,
+        home_option(
+            "--domain",
+            metavar="NAME",
+            help="The domain, such as kitchen.",
+            autocompletion=completion.domains,
+        ),
+    ] = None
+    workspace_dir: WorkspaceOption = None
+
+    def home(self) -> "Home":
+        """Find the home. Raises KnowledgeError: the settings cannot be read."""
+        from adaptbot_cli.session.knowledge import Home
+
+        found = workspace(self.workspace_dir)
+        return Home(found, domain_name(self.domain, found))
+
+
+ANYWHERE = Place()
+
 
 def workspace(option: Path | None) -> "Workspace":
     """Find the workspace that an option, the environment or the folder names."""
@@ -114,13 +149,12 @@ def workspace(option: Path | None) -> "Workspace":
     return found
 
 
-def note(text: str) -> None:
-    """Print a line on stderr that the person should know of."""
+def note(text: str, out: "Console | None" = None) -> None:
+    """Print a line that the person should know of, on stderr unless `out` is given."""
     from rich.text import Text
 
-    from adaptbot_cli.core.visible import visible
-
-    console(stderr=True).print(Text(f"! {visible(text)}", "yellow"), soft_wrap=True)
+    out = out or console(stderr=True)
+    out.print(Text(f"! {visible(text)}", "yellow"), soft_wrap=True)
 
 
 def note_ignored(home: "Workspace") -> None:
@@ -145,8 +179,8 @@ def opened(
     said_by: str = "--model",
     robot: str = "",
 ) -> "Chosen":
-    """Choose who plans and print the first line of a run, before anything slow; a model is got
-    ready meanwhile. Raises UsageError."""
+    """Choose who plans and print what is pursued, who plans and why, before anything slow; a model
+    is got ready meanwhile. Raises UsageError."""
     from adaptbot_cli.adapters.planner.choice import choose
 
     home.folder(domain)
@@ -161,12 +195,15 @@ def opened(
     return chosen
 
 
-def home_of(option: Path | None, domain: str | None) -> "Home":
-    """Find the home that the options mean: a domain in a workspace."""
-    from adaptbot_cli.session.knowledge import Home
+def show_opening(console: "Console", task: str, domain: str, planner: str, why: str) -> None:
+    """Print what is pursued, who plans, and why."""
+    from rich.text import Text
 
-    found = workspace(option)
-    return Home(found, domain_name(domain, found))
+    planned = Text(visible(f"{planner} ({why})"), "dim")
+    parts = [Text(visible(task), "bold"), Text(visible(domain)), planned]
+    for part in parts:
+        part.truncate(300, overflow="ellipsis")
+    console.print(Text(" · ").join(parts))
 
 
 def items(option: str | None) -> tuple[str, ...]:
@@ -189,6 +226,30 @@ def terminal() -> "Console | None":
     plain = os.environ.get("ADAPTBOT_PLAIN", "") not in ("", "0")
     there = plain or (at_terminal(sys.stdin) and at_terminal(sys.stderr))
     return console(stderr=True) if there else None
+
+
+def agreed(out: "Console", question: str) -> bool:
+    """Ask the person at the terminal. Raises UsageError if there is none."""
+    from adaptbot_cli.errors import UsageError
+
+    if terminal() is None:
+        raise UsageError("there is no terminal to ask at: say --yes, or --dry-run")
+    from adaptbot_cli.adapters.terminal.canvas import ask
+    from adaptbot_cli.adapters.terminal.menu import YesNo
+
+    return bool(ask(YesNo(question), out).value == "yes")
+
+
+def write_out(path: Path, content: str | bytes) -> None:
+    """Write what a command has made to a file, and print where. Raises UsageError."""
+    from adaptbot_cli.errors import UsageError
+
+    try:
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise UsageError(f"cannot write {path}: {reason}") from error
+    console(stderr=True).print(f"written to {path}", markup=False, soft_wrap=True)
 
 
 def at_terminal(stream: IO[str] | None) -> bool:
@@ -217,17 +278,3 @@ def escaped(json_text: str) -> str:
         return char if char.isprintable() else json.dumps(char)[1:-1]
 
     return re.sub(r"[^\n\x20-\x7e]", escape, json_text)
-
-
-_LONGEST = 300
-
-
-def show_opening(console: "Console", task: str, domain: str, planner: str, why: str) -> None:
-    """Print what is pursued, who plans, and why."""
-    from rich.text import Text
-
-    planned = Text(visible(f"{planner} ({why})"), "dim")
-    parts = [Text(visible(task), "bold"), Text(visible(domain)), planned]
-    for part in parts:
-        part.truncate(_LONGEST, overflow="ellipsis")
-    console.print(Text(" · ").join(parts))

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 def doctor(json: JsonOption = False, workspace_dir: WorkspaceOption = None) -> int:
     """Look at Python, packages, lexicon, workspace and models, and say what to do about each."""
-
     found = list(checks(workspace_dir, os.environ))
     if json:
         print_json({"ok": all(map(_fine, found)), "checks": [asdict(check) for check in found]})
@@ -32,21 +31,20 @@ def _fine(check: "Check") -> bool:
 
 
 def _show(found: "list[Check]") -> None:
-    from rich.table import Table
     from rich.text import Text
 
+    from adaptbot_cli.adapters.display.cells import BAD, GOOD, PASSING, columns
     from adaptbot_cli.core.visible import visible
 
-    marks = {"ok": ("✓", "green"), "hint": ("·", "dim"), "broken": ("✗", "red")}
-    table = Table.grid(padding=(0, 2, 0, 0), pad_edge=False)
-    table.add_column(no_wrap=True)
-    table.add_column(no_wrap=True)
-    table.add_column(overflow="fold")
+    marks = {"ok": GOOD, "hint": PASSING, "broken": BAD}
+    table = columns(None, None, None)
+    table.columns[0].no_wrap = table.columns[1].no_wrap = True
     for check in found:
         text = Text(visible(check.found), "dim" if check.state == "hint" else "")
         if check.remedy:
             text.append(f"\n→ {visible(check.remedy)}", "cyan" if check.state == "hint" else "bold")
-        table.add_row(Text(*marks[check.state]), Text(visible(check.name)), text)
+        mark = marks[check.state]
+        table.add_row(Text(mark.sign, mark.style), Text(visible(check.name)), text)
     out = console()
     out.print(table)
     broken = sum(not _fine(check) for check in found)

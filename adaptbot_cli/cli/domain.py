@@ -7,21 +7,22 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    FINDINGS,
     JsonOption,
+    OutputOption,
     WorkspaceOption,
     console,
     domain_name,
     print_json,
     workspace,
+    write_out,
 )
-from adaptbot_cli.cli.help import Group, output_option
+from adaptbot_cli.cli.help import Group
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
     from adaptbot_cli.session.packs import Started
     from adaptbot_cli.workspace import Workspace
-
-FAULTS = 3
 
 app = typer.Typer(
     cls=Group, help="Domains: what kinds of homes and tasks there are.", no_args_is_help=True
@@ -106,11 +107,12 @@ def _made(made: "Started", home: "Workspace", name: str) -> None:
     """Say what there is now, and what to do with it."""
     from rich.text import Text
 
+    from adaptbot_cli.adapters.display.cells import GOOD, noted
+
     domain = made.kg.domain
     folder = home.root / "kg" / name
     out = console()
-    text = f"{name}: {_counts(domain)} in {folder}"
-    out.print(Text("✓ ", "green") + Text(text), soft_wrap=True)
+    out.print(noted(GOOD, f"{name}: {_counts(domain)} in {folder}"), soft_wrap=True)
     out.print(Text(f"  committed as {made.revision[:7]}", "dim"))
     task = domain.tasks[0].name.replace("_", " ") if domain.tasks else "…"
     for what, command in (
@@ -139,9 +141,7 @@ def check_domain(
     What tasks need and this home lacks is no fault, and told with "!", as are goals that say too
     little.
     """
-    from rich.text import Text
-
-    from adaptbot_cli.core.visible import visible
+    from adaptbot_cli.adapters.display.cells import BAD, GOOD, WARNING, noted
     from adaptbot_cli.session import validation
 
     home = workspace(workspace_dir)
@@ -149,17 +149,14 @@ def check_domain(
     kg, found, hints = validation.check_pack(home, name)
     if json:
         print_json({"domain": name, "faults": found, "hints": hints})
-        return FAULTS if found else 0
+        return FINDINGS if found else 0
     out = console()
-    for fault in found:
-        out.print(Text("✗ ", "red") + Text(visible(fault)), soft_wrap=not out.is_terminal)
-    for hint in hints:
-        out.print(Text("! ", "yellow") + Text(visible(hint)), soft_wrap=not out.is_terminal)
+    for mark, text in (*((BAD, fault) for fault in found), *((WARNING, hint) for hint in hints)):
+        out.print(noted(mark, text, longest=len(text)), soft_wrap=not out.is_terminal)
     if found or kg is None:
-        return FAULTS
+        return FINDINGS
     nodes, edges = kg.size()
-    value = f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"
-    out.print(Text("✓ ", "green") + Text(value))
+    out.print(noted(GOOD, f"{name}: {_counts(kg.domain)}, {nodes} nodes, {edges} edges"))
     return 0
 
 
@@ -168,24 +165,17 @@ def domain_docs(
     name: Annotated[
         str, typer.Argument(help="The domain to describe.", autocompletion=completion.domains)
     ],
-    output: Annotated[
-        Path | None, output_option("-o", "--output", metavar="FILE", help="Write Markdown here.")
-    ] = None,
+    output: OutputOption = None,
     workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Describe a domain on a page: classes, questions, actions, tasks. Markdown when piped."""
     from adaptbot_cli.adapters.handbook import handbook
-    from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import sources
 
     page = handbook(sources.load(workspace(workspace_dir), name))
     out = console()
     if output is not None:
-        try:
-            output.write_text(page, encoding="utf-8")
-        except OSError as error:
-            raise UsageError(f"cannot write {output}: {error.strerror}") from error
-        console(stderr=True).print(f"written to {output}", markup=False, soft_wrap=True)
+        write_out(output, page)
     elif out.is_terminal:
         from rich.markdown import Markdown
 

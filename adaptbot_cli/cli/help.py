@@ -1,10 +1,12 @@
 """How the command line helps: examples on every page, panels, and what a wrong word was to be."""
 
 import difflib
+import inspect
 import re
 import shlex
-from collections.abc import Iterable
-from functools import partial
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import is_dataclass
+from functools import partial, wraps
 from pathlib import Path
 from typing import Any
 
@@ -137,15 +139,44 @@ def examples(path: str) -> tuple[str, ...]:
     return _EXAMPLES.get(path, ())
 
 
-def add_examples(app: typer.Typer, path: str = "") -> None:
-    """Put the examples below the help of every command of an app, one a line and none wrapped."""
+def complete(app: typer.Typer, path: str = "") -> None:
+    """Give the commands of an app the options that they share, and their examples below the help,
+    one a line and none wrapped."""
     app.info.epilog = _epilog(path)
+    if app.registered_callback and app.registered_callback.callback:
+        app.registered_callback.callback = spread(app.registered_callback.callback)
     for command in app.registered_commands:
+        command.callback = command.callback and spread(command.callback)
         name = command.name or getattr(command.callback, "__name__", "")
         command.epilog = _epilog(f"{path} {name}".strip())
     for group in app.registered_groups:
         if group.typer_instance is not None:
-            add_examples(group.typer_instance, f"{path} {group.name}".strip())
+            complete(group.typer_instance, f"{path} {group.name}".strip())
+
+
+def spread(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command with an option for each field of a dataclass among its parameters."""
+    signature = inspect.signature(command, eval_str=True)
+    groups: dict[str, tuple[Any, Mapping[str, Any]]] = {
+        name: (kind, inspect.signature(kind, eval_str=True).parameters)
+        for name, kind in command.__annotations__.items()
+        if isinstance(kind, type) and is_dataclass(kind)
+    }
+    options = [
+        option.replace(kind=option.KEYWORD_ONLY)
+        for name, each in signature.parameters.items()
+        for option in (groups[name][1].values() if name in groups else (each,))
+    ]
+
+    @wraps(command)
+    def call(**given: Any) -> Any:
+        for name, (kind, fields) in groups.items():
+            given[name] = kind(**{field: given.pop(field) for field in fields})
+        return command(**given)
+
+    call.__annotations__ = {option.name: option.annotation for option in options}
+    call.__signature__ = signature.replace(parameters=options)  # type: ignore[attr-defined]
+    return call
 
 
 def _epilog(path: str) -> str | None:

@@ -25,8 +25,8 @@ from adaptbot_cli.cli import (
     trust,
     world,
 )
-from adaptbot_cli.cli import eval as evaluate
-from adaptbot_cli.cli.help import PROGRAM, Group, add_examples
+from adaptbot_cli.cli.eval import trials
+from adaptbot_cli.cli.help import PROGRAM, Group, complete
 from adaptbot_cli.cli.kg.changing import undo
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError, UsageError
 
@@ -63,11 +63,11 @@ app.command("undo", rich_help_panel=_LOOK)(undo)
 app.add_typer(kg.app, name="kg", rich_help_panel=_KNOW)
 app.add_typer(domain.app, name="domain", rich_help_panel=_KNOW)
 app.add_typer(world.app, name="world", rich_help_panel=_KNOW)
-app.add_typer(evaluate.app, name="eval", rich_help_panel=_KNOW)
+app.add_typer(trials.app, name="eval", rich_help_panel=_KNOW)
 app.command("doctor", rich_help_panel=_SET)(doctor.doctor)
 app.command("config", rich_help_panel=_SET)(config.config)
 app.command("trust", rich_help_panel=_SET)(trust.trust)
-add_examples(app)
+complete(app)
 
 COMPLETING = "_ADAPTBOT_COMPLETE"
 """Set by a shell that asks, on a Tab, what could stand next."""

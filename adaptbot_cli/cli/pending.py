@@ -5,15 +5,14 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
+    FINDINGS,
     AnswersOption,
-    DomainOption,
     JsonOption,
-    WorkspaceOption,
+    Place,
     console,
-    domain_name,
     print_json,
     terminal,
-    workspace,
 )
 from adaptbot_cli.cli.help import Group
 from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
@@ -21,8 +20,6 @@ from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
 if TYPE_CHECKING:
     from adaptbot_cli.core.pending import Pending, Sitting
     from adaptbot_cli.session.open_questions import Open
-
-STILL_OPEN = 3
 
 app = typer.Typer(
     cls=Group, help="The questions that runs have left open.", invoke_without_command=True
@@ -32,9 +29,8 @@ app = typer.Typer(
 @app.callback()
 def pending(
     context: typer.Context,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """List the open questions, with the tasks and steps that wait for each, most useful first."""
     if context.invoked_subcommand is not None:
@@ -43,9 +39,9 @@ def pending(
     from adaptbot_cli.session.open_questions import find_open
     from adaptbot_cli.session.sync import disputes
 
-    home = workspace(workspace_dir)
-    found = find_open(home, domain_name(domain, home))
-    remote, conflicts = disputes(home, domain_name(domain, home))
+    home = place.home()
+    found = find_open(home.workspace, home.domain)
+    remote, conflicts = disputes(home.workspace, home.domain)
     if json:
         record = {"domain": found.kg.domain.name, "questions": _questions(found.pending)}
         plain = [plain_question(question) for question in conflicts]
@@ -93,27 +89,24 @@ def _questions(pending: "list[Pending] | Any") -> list[dict[str, Any]]:
 @app.command("answer")
 def answer_pending(
     answers: AnswersOption = None,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Answer the open questions in one sitting, and see which tasks can be done then."""
     from adaptbot_cli.adapters.display.sittings import SittingScreen, came_of
     from adaptbot_cli.errors import Interrupted, UsageError
-    from adaptbot_cli.session.build import Request
     from adaptbot_cli.session.open_questions import answer, find_open, sit_down
 
-    home = workspace(workspace_dir)
+    home = place.home()
     prompts = terminal()
     if answers is None and prompts is None:
         raise UsageError("nobody is at a terminal to answer; give --answers FILE")
-    found = find_open(home, domain_name(domain, home))
+    found = find_open(home.workspace, home.domain)
     if not found.pending:
         print_json({"learned": [], "tasks": [], "still": []}) if json else _show(found)
         return 0
-    request = Request("", found.kg.domain.name, answers=answers)
     screen = SittingScreen(console(stderr=json))
-    with sit_down(found, request, home, prompts, [screen]) as ports:
+    with sit_down(found, home.workspace, answers, prompts, [screen]) as ports:
         try:
             came = answer(found, ports)
         except KeyboardInterrupt:
@@ -125,7 +118,7 @@ def answer_pending(
         out = console()
         out.print()
         out.print(came_of(came))
-    return 0 if all(result.goal_met for result in came.results) else STILL_OPEN
+    return 0 if all(result.goal_met for result in came.results) else FINDINGS
 
 
 def _summary(came: "Sitting") -> dict[str, Any]:

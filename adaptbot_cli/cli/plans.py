@@ -7,16 +7,16 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
-    DomainOption,
+    ANYWHERE,
     JsonOption,
-    WorkspaceOption,
+    Place,
+    YesOption,
+    agreed,
     console,
-    home_of,
     note,
     print_json,
 )
 from adaptbot_cli.cli.help import Group
-from adaptbot_cli.cli.kg.asking import YesOption, agreed
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.planner.library import LibraryPlan
@@ -36,9 +36,8 @@ NameArgument = Annotated[
 @app.callback(invoke_without_command=True)
 def plans(
     context: typer.Context,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """List the plans that are kept: each comes first for its task, and is checked anew each time.
 
@@ -50,7 +49,7 @@ def plans(
     from adaptbot_cli.adapters.display.cells import columns, count, plain_text
     from adaptbot_cli.adapters.planner.kept import kept_plans, origin
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     found, faults = kept_plans(home.workspace.kept_plans(home.domain))
     if json:
         broken = [{"name": path.stem, "fault": fault} for path, fault in faults.items()]
@@ -72,9 +71,8 @@ def plans(
 @app.command()
 def show(
     name: NameArgument,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Show a kept plan, where it comes from, and what it comes to in this home today."""
     from adaptbot_cli.adapters.display.cells import plain_text
@@ -86,7 +84,7 @@ def show(
     from adaptbot_cli.session import replay, sources
     from adaptbot_cli.session.sources import reader
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     path, plan = _named(home, name)
     if isinstance(plan, str):
         raise KnowledgeError(plan)
@@ -117,13 +115,12 @@ def show(
 def drop(
     name: NameArgument,
     yes: YesOption = False,
-    domain: DomainOption = None,
-    workspace_dir: WorkspaceOption = None,
+    place: Place = ANYWHERE,
 ) -> None:
     """Drop a kept plan: the planner is asked again. The versions still have it."""
     from adaptbot_cli.session.change import KeptFile, keep_file
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     path, _ = _named(home, name)
     if not (yes or agreed(console(), f'Drop the plan "{path.stem}"?')):
         typer.echo("nothing was changed", err=True)

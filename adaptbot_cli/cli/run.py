@@ -2,29 +2,30 @@
 
 import os
 import time
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
+    FINDINGS,
     ActTimeoutOption,
     AnswersOption,
     ApiBaseOption,
-    DomainOption,
     JsonOption,
     MaxCostOption,
     MaxTokensOption,
+    Place,
     RequiresOption,
     RobotOption,
     TimeoutOption,
     WithoutOption,
-    WorkspaceOption,
     console,
     domain_name,
     items,
+    note,
     opened,
     print_json,
     terminal,
@@ -34,42 +35,14 @@ from adaptbot_cli.cli.help import model_option, output_option, person_option, wo
 from adaptbot_cli.errors import Interrupted, WorldError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from adaptbot_cli.core.report import Result
     from adaptbot_cli.session.build import Request, Session
     from adaptbot_cli.workspace import Workspace
 
-FINDINGS = 3
-
-
-class PolicyName(StrEnum):
-    """When the person is asked: early, or after all re-prompts as in the paper."""
-
-    tutor = "tutor"
-    paper = "paper"
-
-
-class PromptName(StrEnum):
-    """How a model is asked for a plan: after a chain of thought, alone, or as JSON of a schema."""
-
-    auto = "auto"
-    cot = "cot"
-    plain = "plain"
-    schema = "schema"
-
-
 PromptOption = Annotated[
-    PromptName, model_option(help="How to ask for a plan: reasoning first, calls alone, JSON.")
+    Literal["auto", "cot", "plain", "schema"],
+    model_option(help="How to ask for a plan: reasoning first, calls alone, JSON."),
 ]
-
-
-class ConfirmName(StrEnum):
-    """Which steps the person agrees to before they are carried out in a world outside."""
-
-    each = "each"
-    irreversible = "irreversible"
-    none = "none"
 
 
 def run(
@@ -95,9 +68,9 @@ def run(
     seed: Annotated[
         int | None, model_option(metavar="N", help="The seed of the model's answers (0).")
     ] = None,
-    prompt: PromptOption = PromptName.auto,
+    prompt: PromptOption = "auto",
     policy: Annotated[
-        PolicyName | None,
+        Literal["tutor", "paper"] | None,
         person_option(help="Ask about required items first, or re-prompt first as in the paper."),
     ] = None,
     replans: Annotated[
@@ -125,7 +98,8 @@ def run(
     ] = None,
     act_timeout: ActTimeoutOption = None,
     confirm: Annotated[
-        ConfirmName | None, world_option(help="Which steps to agree to before they are done.")
+        Literal["each", "irreversible", "none"] | None,
+        world_option(help="Which steps to agree to before they are done."),
     ] = None,
     dry_run: Annotated[bool, output_option("--dry-run", help="Write nothing.")] = False,
     apply: Annotated[
@@ -138,9 +112,8 @@ def run(
         bool, output_option("--force", help="Let --record write over a file.")
     ] = False,
     json: JsonOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     robot: RobotOption = "",
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Plan a task, check it against this home, ask what is not known, and learn it."""
     from adaptbot_cli.errors import UsageError
@@ -155,8 +128,8 @@ def run(
             "--edit offers the plan to a person at a terminal, and here nobody is asked; leave out "
             "--edit, or --answers and --no-human"
         )
-    home = workspace(workspace_dir)
-    named = domain_name(domain, home)
+    home = workspace(place.workspace_dir)  # without the graph: the first line waits for nothing
+    named = domain_name(place.domain, home)
     screen = console(stderr=json)
     chosen = opened(screen, home, asked, named, model, api_base, robot=robot)
     from adaptbot_cli.session.build import Request  # slow: the first line is there by now
@@ -166,7 +139,7 @@ def run(
         domain=named,
         robot=robot,
         chosen=chosen,
-        policy=str(home.setting("policy", policy)),  # type: ignore[arg-type]
+        policy=home.setting("policy", policy),
         replans=home.setting("replans", replans),
         requires=items(requires),
         without=items(without),
@@ -183,16 +156,18 @@ def run(
         full=full,
         edit=edit,
         world=home.setting("world", world),
-        noise=world_noise or 0.0,
+        world_noise=world_noise or 0.0,
         act_timeout=home.setting("act_timeout", act_timeout),
-        confirm=str(home.setting("confirm", confirm)),  # type: ignore[arg-type]
-        prompt=prompt.value,
+        confirm=home.setting("confirm", confirm),
+        prompt=prompt,
     )
     return pursue(request, home, json)
 
 
 def pursue(request: "Request", home: "Workspace", json: bool) -> int:
     """Pursue what is asked for, in this terminal; return the exit code."""
+    from rich.text import Text
+
     from adaptbot_cli.session.build import build
 
     screen = console(stderr=json)
@@ -206,27 +181,20 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
         if json:
             from adaptbot_cli.core.summary import summary
 
-            revisions = tuple(session.revisions)
-            record = summary(result, session.kg, session.planner, revisions, session.screen.world)  # type: ignore[arg-type]
+            planner, world = session.ports.planner.name, session.screen.world
+            record = summary(result, session.kg, planner, session.revisions, world)
             record["usage"]["seconds"] = round(time.monotonic() - started, 3)
             print_json(record)
         else:
             session.screen.finish(result, result.revision)
             if not request.dry_run:
-                _show_where(screen, session, home.root)
+                kept = f"state kept as {session.state[:7]} · " if session.state else ""
+                screen.print(Text(f"  {kept}knowledge in {home.root}", "dim"))
         if session.stopped:
-            _note(screen, f"stopped; to go on from here: adaptbot resume{_named(session, home)}")
+            note(f"stopped; to go on from here: adaptbot resume{_named(session, home)}", screen)
         for sentence in session.unused():
-            _note(screen, sentence)
+            note(sentence, screen)
     return exit_code(result)
-
-
-def _note(screen: "Console", text: str) -> None:
-    from rich.text import Text
-
-    from adaptbot_cli.core.visible import visible
-
-    screen.print(Text(f"! {visible(text)}", "yellow"), soft_wrap=True)
 
 
 def _interrupted(session: "Session", home: "Workspace") -> str:
@@ -243,14 +211,6 @@ def _named(session: "Session", home: "Workspace") -> str:
     """The run's transcript as an argument, unless it is where it is looked for."""
     path = session.transcript
     return "" if path is None or path.parent == home.transcripts else f" {path}"
-
-
-def _show_where(screen: "Console", session: "Session", root: Path) -> None:
-    """Say where the knowledge is kept, and whether the state was kept too."""
-    from rich.text import Text
-
-    kept = f"state kept as {session.state[:7]} · " if session.state else ""
-    screen.print(Text(f"  {kept}knowledge in {root}", "dim"))
 
 
 def exit_code(result: "Result") -> int:

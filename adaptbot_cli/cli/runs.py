@@ -8,6 +8,7 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    FINDINGS,
     JsonOption,
     MaxCostOption,
     MaxTokensOption,
@@ -19,6 +20,7 @@ from adaptbot_cli.cli.common import (
     opened,
     print_json,
     workspace,
+    write_out,
 )
 from adaptbot_cli.cli.help import Group, output_option
 from adaptbot_cli.cli.run import pursue
@@ -121,13 +123,9 @@ def _table(found: "list[PastRun]") -> "RenderableType":
             plain_text(run.short, "dim"),
             plain_text(run.task),
             plain_text(run.planner, "dim"),
-            plain_text(run.told, _style(run)),
+            plain_text(run.told, "green" if run.goal_met else "" if run.outcome else "yellow"),
         )
     return table
-
-
-def _style(run: "PastRun") -> str:
-    return "green" if run.goal_met else "" if run.outcome else "yellow"
 
 
 def _sheet(found: "list[RunDetails]") -> "RenderableType":
@@ -201,9 +199,6 @@ def _rows(rows: Sequence[tuple[str, ...]]) -> Any:
     return table
 
 
-DIFFERS = 3
-
-
 def replay(
     files: Annotated[
         list[str],
@@ -216,9 +211,7 @@ def replay(
     workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Replay transcripts: no key, no network; fails at the first turn that differs."""
-    from rich.text import Text
-
-    from adaptbot_cli.core.visible import visible
+    from adaptbot_cli.adapters.display.cells import BAD, GOOD, noted
     from adaptbot_cli.errors import ReplayError
     from adaptbot_cli.session import replay
     from adaptbot_cli.session.past_runs import find_run
@@ -232,11 +225,11 @@ def replay(
             result = replay.replay(path, home)
         except ReplayError as error:
             failed += 1
-            out.print(Text("✗ ", "red") + Text(visible(str(error))), soft_wrap=True)
+            out.print(noted(BAD, str(error), longest=len(str(error))), soft_wrap=True)
             continue
         goal = "goal met" if result.goal_met else "goal not met"
-        out.print(Text("✓ ", "green") + Text(f"{path}: {result.verdict}, {goal}"), soft_wrap=True)
-    return DIFFERS if failed else 0
+        out.print(noted(GOOD, f"{path}: {result.verdict}, {goal}"), soft_wrap=True)
+    return FINDINGS if failed else 0
 
 
 def progress(
@@ -267,11 +260,7 @@ def progress(
     home = workspace(workspace_dir)
     lines = retrace(find_run(home, run), home)
     if svg is not None:
-        try:
-            svg.write_text(pictures.svg(lines), encoding="utf-8")
-        except OSError as error:
-            raise UsageError(f"cannot write {svg}: {error.strerror}") from error
-        console(stderr=True).print(f"written to {svg}", markup=False, soft_wrap=True)
+        write_out(svg, pictures.svg(lines))
     if json:
         print_json(lines.as_json())
     elif mermaid:
@@ -327,29 +316,21 @@ def resume(
     task, robot = _text(header, "task"), robot_of(header)
     chosen = opened(screen, home, task, domain, model, base, _ORIGIN, robot)
     limits = {**home.settings, **record} if not own else record
+    given = {"timeout": timeout, "max_tokens": max_tokens, "max_cost": max_cost}
+    options = build.recorded(header, own) | {
+        name: limits.get(name) if said is None else said for name, said in given.items()
+    }
     request = build.Request(
         task=task,
         domain=domain,
         robot=robot,
         chosen=chosen,
-        policy=header.get("policy", "tutor"),
         replans=min(header.get("replans", 3), 20),
         requires=tuple(header.get("requires") or ()),
         without=tuple(header.get("without") or ()),
-        apply=own and header.get("apply") is True,
-        timeout=timeout if timeout is not None else limits.get("timeout"),
-        max_tokens=max_tokens if max_tokens is not None else limits.get("max_tokens"),
-        max_cost=max_cost if max_cost is not None else limits.get("max_cost"),
-        temperature=header.get("temperature", 0.0),
-        seed=header.get("seed", 0),
-        full=header.get("full") is True,
-        edit=header.get("edit") is True,
         resumes=path,
         world=record.get("world"),
-        noise=header.get("world_noise", 0.0),
-        act_timeout=header.get("act_timeout", 60.0),
-        confirm=header.get("confirm", "none"),
-        prompt=_text(header, "prompt") or "auto",
+        **options,
     )
     return pursue(request, home, json)
 

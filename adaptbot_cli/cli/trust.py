@@ -5,7 +5,14 @@ from typing import Annotated
 
 import typer
 
-from adaptbot_cli.cli.common import JsonOption, WorkspaceOption, console, print_json, workspace
+from adaptbot_cli.cli.common import (
+    JsonOption,
+    WorkspaceOption,
+    agreed,
+    console,
+    print_json,
+    workspace,
+)
 
 
 def trust(
@@ -24,7 +31,7 @@ def trust(
     from rich.text import Text
 
     from adaptbot_cli import trust as trusting
-    from adaptbot_cli.cli.kg.asking import agreed
+    from adaptbot_cli.adapters.display.cells import GOOD, noted
     from adaptbot_cli.core.visible import visible
 
     path, content, settings = _transcript(file) if file else _workspace(workspace_dir)
@@ -43,7 +50,7 @@ def trust(
             out.print(Text("nothing was changed", "dim"))
             return 0
         trusting.trust(path, content)
-        out.print(Text("✓ ", "green") + Text("trusted, until it changes"))
+        out.print(noted(GOOD, "trusted, until it changes"))
     if json:
         told_of = {name: str(value) for name, value in settings.items()}
         print_json({"file": str(path), "settings": told_of, "trusted": not revoke})

@@ -5,12 +5,11 @@ from typing import Annotated
 import typer
 
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
     ActTimeoutOption,
-    DomainOption,
     JsonOption,
-    WorkspaceOption,
+    Place,
     console,
-    home_of,
     print_json,
 )
 from adaptbot_cli.cli.help import Group
@@ -24,9 +23,8 @@ app = typer.Typer(
 def check(
     world: Annotated[str, typer.Argument(metavar="exec:COMMAND", help="The process to check.")],
     act_timeout: ActTimeoutOption = None,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Check that a process keeps to the protocol of docs/worlds.md. Nothing is made to move."""
     from adaptbot_cli.adapters.display.cells import BAD, GOOD, hanging, noted
@@ -38,7 +36,7 @@ def check(
     if not world.startswith(EXEC):
         raise UsageError(f"say what to start: adaptbot world check '{EXEC}python robot.py'")
     command = world.removeprefix(EXEC).strip()
-    process = Process(command, home_of(workspace_dir, domain).kg, act_timeout or ACT_SECONDS)
+    process = Process(command, place.home().kg, act_timeout or ACT_SECONDS)
     found = []
     try:
         for each in conformance(process):

@@ -3,19 +3,35 @@
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from adaptbot_cli import bounded, trust
+from adaptbot_cli import __version__, bounded, trust
+from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper, WorkspaceStart, start
+from adaptbot_cli.adapters.store.reading import read_graphs
+from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.faults import faults
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import safe_name
+from adaptbot_cli.core.parse import parser
+from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Result
+from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.robots import acting_as
 from adaptbot_cli.core.run import Plans
-from adaptbot_cli.core.turns import Human, Observer, Planner, Store
+from adaptbot_cli.core.turns import Human, Observer, Planner
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
+from adaptbot_cli.core.visible import visible
 from adaptbot_cli.core.world import STOPPED
+from adaptbot_cli.errors import KnowledgeError, ModelError, WorldError
+from adaptbot_cli.resources import bundled, root_of
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
+from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.past_runs import content_of, guarded, remembering, spent
 from adaptbot_cli.session.sources import EDITS, load, reader
 from adaptbot_cli.workspace import Workspace
@@ -26,14 +42,9 @@ if TYPE_CHECKING:
     from adaptbot_cli.adapters.display.screen import Screen
     from adaptbot_cli.adapters.planner.choice import Chosen
     from adaptbot_cli.adapters.planner.library import LibraryPlan
-    from adaptbot_cli.adapters.store.keeper import Keeper, WorkspaceStart
     from adaptbot_cli.adapters.transcript.recorder import Recorder
     from adaptbot_cli.adapters.world.process import Process
     from adaptbot_cli.adapters.world.simulated import SimulatedHome
-    from adaptbot_cli.core.domain import Domain
-    from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.plan import Finding
-    from adaptbot_cli.core.request import Reading
     from adaptbot_cli.session.exchange import Sharing
 
 
@@ -53,7 +64,7 @@ class Request:
     `prompt` says how it is asked for a plan: `auto`, or a style of `planner/prompts.py`.
     `full` has every attribute of a new thing asked; `edit` offers the plan for editing before it is
     executed; `resumes` is the transcript to go on with. `world` is what carries the plan out, None
-    for a rehearsal: a Turtle file, in which steps slip with the probability `noise`, or
+    for a rehearsal: a Turtle file, in which steps slip with the probability `world_noise`, or
     `exec:COMMAND`, which has `act_timeout` seconds for a step; `confirm` says which steps the
     person agrees to; `robot` is the name of the one that acts, "" for the domain's own.
     """
@@ -81,7 +92,7 @@ class Request:
     edit: bool = False
     resumes: Path | None = None
     world: str | None = None
-    noise: float = 0.0
+    world_noise: float = 0.0
     act_timeout: float = ACT_SECONDS
     confirm: Confirm = "none"
     prompt: str = "auto"
@@ -91,35 +102,31 @@ class Request:
 @dataclass(slots=True)
 class Session:
     """Everything that one run needs, wired. `revisions` are the workspace's, before and after;
-    `state` is the one that holds the executed state, if it was kept. `unused` tells which entries
-    of a file of answers were not asked for."""
+    `state` is the one that holds the executed state, if it was kept. `unused` returns which entries
+    of a file of answers were not asked for; `plans` are those that may be kept; `library` is
+    whether the plan library plans."""
 
     request: Request
-    kg: "Kg"
-    read: "Callable[[str], Reading]"
+    kg: Kg
+    read: Callable[[str], Reading]
     ports: Ports
-    planner: str
     screen: "Screen"
     replans: int
-    keeper: "Keeper | None" = None
-    recorder: "Recorder | None" = None
-    asked: Mapping[str, Any] = field(default_factory=dict)
-    transcript: Path | None = None
-    unused: Callable[[], list[str]] = list
-    edited: Sequence[str] = ()
+    keeper: Keeper | None
+    recorder: "Recorder | None"
+    transcript: Path | None
+    unused: Callable[[], list[str]]
+    root: Path
+    plans: Plans
+    library: bool
+    over: tuple[tuple[str, str], ...]
+    done: tuple[str, ...]
+    revisions: tuple[str | None, str | None]
     state: str | None = None
     stopped: bool = False
-    root: Path = Path()
-    plans: Plans = "none"
-    over: tuple[tuple[str, str], ...] = ()
-    done: tuple[str, ...] = ()
-    revisions: list[str | None] = field(default_factory=lambda: [None, None])
 
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
-        from adaptbot_cli.adapters.planner.choice import LIBRARY
-        from adaptbot_cli.core.parse import parser
-        from adaptbot_cli.errors import ModelError
 
         request = self.request
         turns = pursue_each(
@@ -139,16 +146,17 @@ class Session:
             result = drive(turns, self.ports)
         except ModelError as error:
             # The library has no plan the next time either: there is nothing to resume.
-            if self.recorder is not None and self.asked["model"] == LIBRARY:
+            if self.recorder is not None and self.library:
                 self.recorder.planless(str(error))
             raise
-        self.revisions[1] = result.revision or self.revisions[0]
+        before, after = self.revisions[0], result.revision or self.revisions[0]
         for run in result.runs or (result,):
             if run.outside is not None or not request.apply or self.keeper is None:
                 continue  # what was done outside is kept already, step by step
             if run.outcome and run.verdict == "executable":
                 self.state = self.keeper.apply(run.report.task.name, run.outcome.deltas)
-                self.revisions[1] = self.state
+                after = self.state
+        self.revisions = before, after
         last = result.outcome.error if result.outcome else None
         self.stopped = last is not None and is_stopped(last)
         if self.recorder is not None and not self.stopped:  # else it can be gone on with
@@ -175,14 +183,13 @@ def build(
         UsageError, KnowledgeError, PackError: the domain or the workspace will not do.
     """
     from adaptbot_cli.adapters.display.screen import Screen
-    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans
-    from adaptbot_cli.core.robots import acting_as
 
     model, base = request.model, request.api_base
     chosen = request.chosen or choose(model, workspace.settings, environ, base)
-    human = human_of(request, prompts)
+    rejects = chosen.model is not None
+    human = human_of(request.answers, prompts if request.ask else None, request.edit, rejects)
     sharing = None if request.dry_run else _sharing(request, workspace, human, console)
     start = None if request.dry_run else started_on(request.domain, workspace)
     kg = acting_as(start.kg if start else load(workspace, request.domain), request.robot)
@@ -191,49 +198,65 @@ def build(
     read = cache(reader(kg, workspace, request.requires, request.without, words))
     kept, broken = kept_plans(workspace.kept_plans(request.domain))
     planner = _planner(request, chosen, environ, kg, workspace, console, kept)
+    # The library says the same however often it is asked: a re-prompt would tell it nothing.
+    replans = 0 if chosen.model is None else request.replans
+    transcript = _transcript(request, workspace)
     with ExitStack() as stack:
         if sharing is not None:
             sharing.inner, sharing.learn = planner, kg.learn
             planner = sharing
             stack.callback(sharing.send)
-        asks = prompts is not None and request.ask and request.answers is None
-        screen = Screen(console, kg, asks, request.edit)
-        nobody: Any = None
-        # The library says the same however often it is asked: a re-prompt would tell it nothing.
-        replans = 0 if chosen.model is None else request.replans
         if kept and any(find(task, kept) for task in read(request.task).tasks):
             planner = KeptFirst(kept, planner, chosen.model is not None)
             replans = replans or 1  # if it no longer serves, the other planner is asked after all
-        session = Session(request, kg, read, nobody, planner.name, screen, replans)
-        session.asked = _asked_model(request, chosen)
-        session.root = workspace.root
-        session.unused = getattr(human, "unused", list)
-        transcript = session.transcript = _transcript(request, workspace)
-        store: Store = Nowhere()
+        keeper, before = None, None
         if start is not None:
-            session.plans = "changed" if chosen.model is None else "any"
-            store = session.keeper = keeper_of(kg.domain, workspace, planner.name, transcript)
-            session.revisions[0], session.edited = start.revision, start.edited
-            _show_edits(console, session.edited, kg)
+            keeper = keeper_of(kg.domain, workspace, planner.name, transcript)
+            before = start.revision
+            _show_edits(console, start.edited, kg)
             for note in (*start.notes, *map("left out: {}".format, broken.values())):
                 console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
         elif workspace.has(request.domain):
-            session.revisions[0] = _head(workspace.root)
+            before = _head(workspace.root)
+        unused: Callable[[], list[str]] = getattr(human, "unused", list)
+        over: tuple[tuple[str, str], ...] = ()
+        done: tuple[str, ...] = ()
         if request.resumes is not None:
-            planner, human, session.over, session.done = remembering(
-                request.resumes, planner, human
-            )
+            planner, human, over, done = remembering(request.resumes, planner, human)
+        recorder = None
         if transcript is not None:
-            header = _header(session)
-            session.recorder = stack.enter_context(recording(transcript, kg, header))
-        observers: list[Observer] = [screen]
-        observers += [session.recorder] if session.recorder else []
+            graph = (before or "bundled") + (EDITS if start and start.edited else "")
+            header = {
+                **_header(request, chosen, kg.domain.robot, graph, replans, planner.name),
+                **({"over": [list(each) for each in over]} if over else {}),
+                **({"done": list(done)} if done else {}),
+            }
+            recorder = stack.enter_context(recording(transcript, kg, header))
+        asks = prompts is not None and request.ask and request.answers is None
+        screen = Screen(console, kg, asks, request.edit)
         world = world_of(request, kg)
         if world is not None:
             stack.callback(world.close)
             screen.world, screen.how = world.name, getattr(world, "how", "")
-        session.ports = Ports(planner, human, words, store, observers, world)
-        yield session
+        observers: list[Observer] = [screen, *([recorder] if recorder else [])]
+        yield Session(
+            request,
+            kg,
+            read,
+            Ports(planner, human, words, keeper or Nowhere(), observers, world),
+            screen,
+            replans,
+            keeper,
+            recorder,
+            transcript,
+            unused,
+            workspace.root,
+            "none" if start is None else "changed" if chosen.model is None else "any",
+            chosen.model is None,
+            over,
+            done,
+            (before, None),
+        )
 
 
 def _sharing(
@@ -244,7 +267,6 @@ def _sharing(
     if not os.environ.get("ADAPTBOT_KG_ENDPOINT") and "kg.endpoint" not in workspace.settings:
         return None
     from adaptbot_cli.session.exchange import Served, Sharing
-    from adaptbot_cli.session.knowledge import Home
 
     def tell(text: str) -> None:
         console.print(f"! {text}", style="yellow", markup=False, soft_wrap=True)
@@ -254,14 +276,12 @@ def _sharing(
     return found
 
 
-def world_of(request: Request, kg: "Kg") -> "Process | SimulatedHome | None":
+def world_of(request: Request, kg: Kg) -> "Process | SimulatedHome | None":
     """Return what carries a plan out, None if it is only rehearsed.
 
     Raises:
         WorldError: there is no such world, or it cannot be read.
     """
-    from adaptbot_cli.errors import KnowledgeError, WorldError
-
     asked = request.world or REHEARSAL
     if asked == REHEARSAL:
         return None
@@ -271,12 +291,11 @@ def world_of(request: Request, kg: "Kg") -> "Process | SimulatedHome | None":
         process = Process(asked.removeprefix(EXEC).strip(), kg, request.act_timeout)
         process.find()
         return process
-    from adaptbot_cli.adapters.store.reading import read_graphs
     from adaptbot_cli.adapters.world.simulated import SimulatedHome
 
     try:
         facts = read_graphs([Path(asked)]) or []
-        return SimulatedHome.of(kg, facts, asked, request.noise, request.seed)
+        return SimulatedHome.of(kg, facts, asked, request.world_noise, request.seed)
     except KnowledgeError as error:
         raise WorldError(
             f"{error}; --world takes {REHEARSAL}, a Turtle file or '{EXEC}COMMAND'"
@@ -287,13 +306,11 @@ def _planner(
     request: Request,
     chosen: "Chosen",
     environ: Mapping[str, str],
-    kg: "Kg",
+    kg: Kg,
     workspace: Workspace,
     console: "Console",
     kept: "Sequence[LibraryPlan]",
 ) -> Planner:
-    from adaptbot_cli.resources import bundled
-
     library = workspace.library(request.domain)
     if chosen.model is None:
         from adaptbot_cli.adapters.planner.library import Library
@@ -317,17 +334,21 @@ def _planner(
     )
 
 
-def human_of(request: Request, prompts: "Console | None") -> Human:
-    """Return who answers: a file, the person at the terminal `prompts`, or nobody."""
+def human_of(
+    answers: Path | None, prompts: "Console | None", edits: bool = False, rejects: bool = True
+) -> Human:
+    """Return who answers: a file, the person at the terminal `prompts`, or nobody.
+
+    The person may have the plan to edit (`edits`), and a model's plan to reject (`rejects`).
+    """
     from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
     from adaptbot_cli.adapters.terminal import AbsentHuman, TerminalHuman
 
-    if request.answers is not None:
-        return AnswersHuman(read_answers(request.answers), person(), str(request.answers))
-    if prompts is None or not request.ask:
+    if answers is not None:
+        return AnswersHuman(read_answers(answers), person(), str(answers))
+    if prompts is None:
         return AbsentHuman()
-    rejects = request.chosen is None or request.chosen.model is not None
-    return TerminalHuman(prompts, person(), stamp, edits=request.edit, rejects=rejects)
+    return TerminalHuman(prompts, person(), stamp, edits=edits, rejects=rejects)
 
 
 def person() -> str:
@@ -354,27 +375,23 @@ def _transcript(request: Request, workspace: Workspace) -> Path | None:
     """Where the run's transcript goes: where it is asked for, else into the workspace."""
     if request.record is not None or request.dry_run:
         return request.record
-    from adaptbot_cli.core.learning import safe_name
 
     name = f"{started():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
     return workspace.transcripts / name
 
 
-def started_on(domain: str, workspace: Workspace) -> "WorkspaceStart":
+def started_on(domain: str, workspace: Workspace) -> WorkspaceStart:
     """Make the workspace ready; what follows is on its files as they are then."""
-    from adaptbot_cli.adapters.store.keeper import start
-
     workspace.folder(domain)  # a domain that is not there makes no workspace
     first = partial(workspace.first_files, domain)
     return start(workspace.root, domain, first, started, workspace.large)
 
 
 def keeper_of(
-    domain: "Domain", workspace: Workspace, planner: str, transcript: Path | None
-) -> "Keeper":
+    domain: Domain, workspace: Workspace, planner: str, transcript: Path | None
+) -> Keeper:
     """Return the store of a workspace's domain, with where what it keeps will come from."""
     from adaptbot_cli.adapters.planner.kept import plan_file
-    from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper
 
     name = ""
     if transcript is not None:
@@ -385,13 +402,10 @@ def keeper_of(
 
 
 @contextmanager
-def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Recorder"]:
+def recording(path: Path, kg: Kg, header: Mapping[str, Any]) -> Iterator["Recorder"]:
     """Begin a transcript. Raises KnowledgeError if it cannot be written."""
-    from adaptbot_cli import __version__
     from adaptbot_cli.adapters.planner.choice import LIBRARY
     from adaptbot_cli.adapters.transcript.recorder import Recorder
-    from adaptbot_cli.errors import KnowledgeError
-    from adaptbot_cli.resources import root_of
 
     try:
         file = bounded.open_text(path, root_of(path))
@@ -415,83 +429,72 @@ def recording(path: Path, kg: "Kg", header: Mapping[str, Any]) -> Iterator["Reco
             file.close()
 
 
-def _header(session: Session) -> dict[str, Any]:
-    request = session.request
-    return {
-        "task": request.task,
-        "domain": request.domain,
-        **({"robot": session.kg.domain.robot} if session.kg.domain.robot else {}),
-        "graph": (session.revisions[0] or "bundled") + (EDITS if session.edited else ""),
-        "policy": request.policy,
-        "replans": session.replans,
-        "requires": list(request.requires),
-        **({"without": list(request.without)} if request.without else {}),
-        "planner": session.planner,
-        **session.asked,
-        **_options(request),
-        **({"over": [list(each) for each in session.over]} if session.over else {}),
-        **({"done": list(session.done)} if session.done else {}),
-    }
+OPTIONS = ("full", "edit", "apply", "world", "world_noise", "act_timeout", "confirm")
+"""The options, as fields of a request, that a transcript's header has if they are not as usual."""
+
+ASKED = ("prompt", "temperature", "seed")
+"""How a model is asked: what the header of its run has besides, always."""
+
+LIMITS = ("timeout", "max_tokens", "max_cost")
+
+_USUAL: dict[str, Any] = {each.name: each.default for each in fields(Request)}
 
 
-def _asked_model(request: Request, chosen: "Chosen") -> dict[str, Any]:
-    """What a header tells of the model, so that a run can be gone on with as it began.
+def recorded(header: Mapping[str, Any], own: bool) -> dict[str, Any]:
+    """Return the options of a transcript's header, as fields of a request: those of a type that
+    fits. Of a run that is not one's own nothing is applied; its world needs trust."""
+    names = {"policy", *ASKED, *OPTIONS} - ({"world"} if own else {"world", "apply"})
+    kinds = {name: type(_USUAL[name]) for name in names & header.keys()}
+    fitting = {name: (int, float) if kind is float else kind for name, kind in kinds.items()}
+    return {name: header[name] for name in kinds if isinstance(header[name], fitting[name])}
 
-    An address that could hold a password is not told.
+
+def _header(
+    request: Request, chosen: "Chosen", robot: str, graph: str, replans: int, planner: str
+) -> dict[str, Any]:
+    """Return what a transcript says of its run, so that it can be gone on with as it began.
+
+    An address that could hold a password is left out.
     """
     from adaptbot_cli.adapters.planner.choice import LIBRARY
 
-    if chosen.model is None:
-        return {"model": LIBRARY}
     base = chosen.api_base or ""
-    limits = {
-        "api_base": base if base and not {"@", "?"} & set(base) else None,
-        "timeout": request.timeout,
-        "max_tokens": request.max_tokens,
-        "max_cost": request.max_cost,
-    }
+    told: dict[str, Any] = {"model": LIBRARY}
+    if chosen.model is not None:
+        told = {"model": chosen.model, **{name: getattr(request, name) for name in ASKED}}
+        limits = {name: getattr(request, name) for name in LIMITS}
+        limits = {"api_base": base if not {"@", "?"} & set(base) else "", **limits}
+        told |= {name: value for name, value in limits.items() if value not in (None, "")}
+    options = {name: getattr(request, name) for name in OPTIONS}
     return {
-        "model": chosen.model,
-        "prompt": request.prompt,
-        "temperature": request.temperature,
-        "seed": request.seed,
-        **{name: value for name, value in limits.items() if value is not None},
+        "task": request.task,
+        "domain": request.domain,
+        **({"robot": robot} if robot else {}),
+        "graph": graph,
+        "policy": request.policy,
+        "replans": replans,
+        "requires": list(request.requires),
+        **({"without": list(request.without)} if request.without else {}),
+        "planner": planner,
+        **told,
+        **{n: value for n, value in options.items() if value not in (_USUAL[n], REHEARSAL)},
+        **({"resumes": request.resumes.stem} if request.resumes else {}),
     }
 
 
-def _options(request: Request) -> dict[str, Any]:
-    """The options that a header tells where they are not as usual."""
-    options = {
-        "full": request.full,
-        "edit": request.edit,
-        "apply": request.apply,
-        "world": request.world if request.world != REHEARSAL else None,
-        "world_noise": request.noise,
-        "act_timeout": request.act_timeout if request.act_timeout != ACT_SECONDS else None,
-        "confirm": request.confirm if request.confirm != "none" else None,
-        "resumes": request.resumes.stem if request.resumes else None,
-    }
-    return {name: value for name, value in options.items() if value}
-
-
-def is_stopped(error: "Finding") -> bool:
+def is_stopped(error: Finding) -> bool:
     """Tell whether what ended a run is that the person pressed Ctrl-C."""
     return error.code == "E604" and error.prop == STOPPED
 
 
 def _head(root: Path) -> str | None:
-    from adaptbot_cli.adapters.store.git import Repo
-
     repo = Repo.open(root)
     return repo.head() if repo is not None else None
 
 
-def _show_edits(console: "Console", edited: Sequence[str], kg: "Kg") -> None:
+def _show_edits(console: "Console", edited: Sequence[str], kg: Kg) -> None:
     if edited:
         from rich.text import Text
-
-        from adaptbot_cli.core.faults import faults
-        from adaptbot_cli.core.visible import visible
 
         text = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
         console.print(Text(text, "yellow"))

@@ -3,28 +3,41 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from adaptbot_cli.core.changes import Changes, Known, Words, about, following, taken_back
+from rdflib import RDF, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.store.filing import Filing
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.keeper import (
+    CommitSource,
+    Held,
+    Keeper,
+    commit_hand_edits,
+    edit_faults,
+    edited_plans,
+    refusal,
+)
+from adaptbot_cli.adapters.store.trailers import answers, compose, of_lessons
+from adaptbot_cli.core.changes import Changes, Known, about, following, taken_back
 from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.faults import by_mistake
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.learning import Lesson, attribute, attribute_question, attribute_value
 from adaptbot_cli.core.names import nearest, normal, sentence_list
+from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import UNKNOWN
-from adaptbot_cli.core.terms import Triple
-from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.build import person
-from adaptbot_cli.session.knowledge import Home, called, known_as
-
-if TYPE_CHECKING:
-    from rdflib import URIRef
-    from rdflib.term import Node
-
-    from adaptbot_cli.adapters.store.keeper import Held, Keeper
-    from adaptbot_cli.core.kg import Kg
-
+from adaptbot_cli.core.questions import UNKNOWN, Answer
+from adaptbot_cli.core.request import understand
+from adaptbot_cli.core.teach import in_words
+from adaptbot_cli.core.terms import AB, Triple, local
+from adaptbot_cli.core.turns import Propose
+from adaptbot_cli.errors import KnowledgeError, ModelError, UsageError
+from adaptbot_cli.session.build import person, stamp, started, started_on
+from adaptbot_cli.session.knowledge import Home, called, chapters, known_as, near_it
+from adaptbot_cli.session.replay import check
 
 _ANSWER = re.compile(r"[0-9a-f]{4,40}\.[0-9]+")
 
@@ -60,12 +73,14 @@ def commit(home: Home, proposal: ProposedChange) -> str | None:
         KnowledgeError: it cannot be written, or would leave what the domain does not allow;
             nothing has changed then.
     """
-    from adaptbot_cli.adapters.store.trailers import compose
-
     store = keeper(home)
+    return store.change(proposal.delta, signed(proposal.subject, *proposal.trailers))
+
+
+def signed(subject: str, *trailers: tuple[str, str]) -> str:
+    """Return a commit's message that names the person at this machine, if that is known."""
     by = person()
-    trailers = [*proposal.trailers, *([("By", by)] if by else [])]
-    return store.change(proposal.delta, compose(proposal.subject, trailers))
+    return compose(subject, [*trailers, *([("By", by)] if by else [])])
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +98,6 @@ def last_plan(home: Home) -> KeptFile | None:
     Raises:
         KnowledgeError: it was edited since: what is to become of that is the person's to say.
     """
-    from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.trailers import answers, parse
-
     root, folder = home.workspace.root, f"plans/{home.domain}"
     repo = Repo.open(root) if home.workspace.exists else None
     if repo is None:
@@ -97,13 +109,12 @@ def last_plan(home: Home) -> KeptFile | None:
             return None
         before = repo.folder(folder, commit.parents[0]) if commit.parents else {}
         after = repo.folder(folder, commit.sha)
-        trailers = parse(commit.message)[2]
         for name in sorted(before.keys() | after.keys()):
             path = f"{folder}/{name}"
             if before.get(name) == after.get(name) or path in seen:
                 continue
             seen.add(path)  # what was done to it before that is not what stands now
-            if not (answers(trailers) or ("Source", "drop") in trailers):
+            if not (answers(commit.trailers) or ("Source", "drop") in commit.trailers):
                 continue
             if repo.dirty([path]):
                 raise KnowledgeError(
@@ -122,9 +133,6 @@ def split_files(home: Home) -> str | None:
     Raises:
         KnowledgeError: they cannot be, or hold edits that are not committed.
     """
-    from adaptbot_cli.adapters.store.filing import Filing
-    from adaptbot_cli.adapters.store.trailers import compose
-
     keeps = keeper(home)
     if home.versions is not None and (edited := home.versions.edited()):
         raise KnowledgeError(
@@ -149,60 +157,50 @@ def keep_file(home: Home, file: KeptFile, subject: str, source: str) -> str | No
     Raises:
         KnowledgeError: it cannot be written; nothing has changed then.
     """
-    from adaptbot_cli.adapters.store.trailers import compose
-
-    by = person()
-    message = compose(subject, [("Source", source), *([("By", by)] if by else [])])
+    message = signed(subject, ("Source", source))
     return keeper(home).change(Delta(), message, others={file.path: file.content})
 
 
 def judge(home: Home, delta: Delta) -> None:
     """Judge a change as its commit would. Raises KnowledgeError: the domain does not allow it."""
-    from adaptbot_cli.adapters.store.keeper import refusal
-
-    held = _held(home)
+    held = held_by(home)
     files = held.after(delta)
     broken = held.new_faults(delta, files) if files else []
     if broken:
         raise KnowledgeError(refusal(held.where, broken, (), ""))
 
 
-def keeper(home: Home) -> "Keeper":
+def keeper(home: Home) -> Keeper:
     """Make the workspace ready; return what commits changes that are no run's."""
-    from adaptbot_cli.adapters.store.keeper import CommitSource, Held, Keeper, start
-
-    root, domain = home.workspace.root, home.domain
-    home.workspace.folder(domain)  # a domain that is not there makes no workspace
-    first, large = partial(home.workspace.first_files, domain), home.workspace.large
-    begun = start(root, domain, first, _now, large)
+    workspace, domain = home.workspace, home.domain
+    begun = started_on(domain, workspace)
     held = Held(f"kg/{domain}", begun.files, begun.kg)
-    return Keeper(root, domain, CommitSource("none", "", _now), held, large=large)
+    source = CommitSource("none", "", started)
+    return Keeper(workspace.root, domain, source, held, large=workspace.large)
 
 
-def _now() -> datetime:
-    return datetime.now(UTC)
-
-
-def after(home: Home, delta: Delta) -> "Kg":
+def after(home: Home, delta: Delta) -> Kg:
     """Return the graph as a change would leave it. Raises KnowledgeError."""
-    held = _held(home)
+    held = held_by(home)
     held.learn(delta, held.after(delta))
     return held.kg
 
 
-def _held(home: Home) -> "Held":
-    from adaptbot_cli.adapters.store.keeper import Held
-
+def held_by(home: Home) -> Held:
+    """Return a home's files, with the graph that they hold. Raises KnowledgeError."""
     workspace, domain = home.workspace, home.domain
     return Held.of(workspace.files(domain), f"kg/{domain}", workspace.large)
 
 
 def revert(home: Home, revision: str) -> ProposedChange:
-    """Propose to undo what a commit taught, with all that follows from it.
+    """Propose to undo what a commit, or an answer such as `3fa2b1c.2`, taught, with all that
+    follows from it.
 
     Raises:
-        KnowledgeError: there is no such commit, or it is none that can be undone.
+        KnowledgeError: there is no such commit or answer, or it is none that can be undone.
     """
+    if _ANSWER.fullmatch(revision):
+        return revert_answer(home, revision)
     found = home.needed().commit_of(revision)
     if found is None:
         see = f"see adaptbot kg log --domain {home.domain}"
@@ -231,8 +229,6 @@ def revert(home: Home, revision: str) -> ProposedChange:
 
 def last_learned(home: Home) -> str | None:
     """Return the newest commit of a person's answers of which something still stands, if any."""
-    from adaptbot_cli.session.knowledge import chapters
-
     for chapter in chapters(home, None):
         learned = chapter.changes.delta.added
         if chapter.answers and not learned.isdisjoint(home.facts):
@@ -242,8 +238,6 @@ def last_learned(home: Home) -> str | None:
 
 def last_done(home: Home) -> str | None:
     """Return the newest commit if it holds what a robot did or saw, which is no answer."""
-    from adaptbot_cli.session.knowledge import chapters
-
     newest = next(iter(chapters(home, None)), None)
     return newest.origin.revision if newest and newest.origin.source == "state" else None
 
@@ -265,11 +259,6 @@ def suggestions(home: Home) -> ProposedChange:
     return ProposedChange(Delta(removed=gone), subject, (("Source", "revert"),))
 
 
-def is_answer(name: str) -> bool:
-    """Tell whether a name is of an answer's form, such as `3fa2b1c.2`, and not of a commit's."""
-    return _ANSWER.fullmatch(name) is not None
-
-
 def revert_answer(home: Home, answer: str) -> ProposedChange:
     """Propose to undo what one answer taught. Raises KnowledgeError if there is none such."""
     commit, delta, question = home.needed().answered(answer)
@@ -286,12 +275,6 @@ def put(home: Home, name: str, prop: str, value: str) -> ProposedChange:
     Raises:
         UsageError: there is no such thing, property or value.
     """
-    from adaptbot_cli.adapters.store.trailers import of_lessons
-    from adaptbot_cli.core.learning import Lesson, attribute, attribute_question, attribute_value
-    from adaptbot_cli.core.questions import Answer
-    from adaptbot_cli.core.teach import in_words
-    from adaptbot_cli.session.build import stamp
-
     kg, thing = home.kg, _thing(home, name)
     if thing in kg.robots:
         raise UsageError(
@@ -347,8 +330,6 @@ def retract(home: Home, name: str, prop: str = "", value: str = "") -> ProposedC
 
 
 def _fact(home: Home, name: str, prop: str, value: str) -> tuple[set[Triple], str]:
-    from adaptbot_cli.core.terms import local
-
     thing, words = _thing(home, name), home.words
     about = {t for t in home.facts if t[0] == thing}
     found = {t for t in about if called(prop, t[1], words)}
@@ -363,16 +344,13 @@ def _fact(home: Home, name: str, prop: str, value: str) -> tuple[set[Triple], st
         values = ", ".join(sorted(words.value(t[2]) for t in found))
         raise UsageError(f"{name} has several values for {prop}: {values}; name one of them")
     [triple] = found
-    kinds = {t for t in about if t[1] in (*home.kg.domain.name_properties(),)}
-    if triple in kinds:
+    if triple[1] in home.kg.domain.name_properties():
         raise UsageError(f"{name} cannot be without a name; to take it back: kg retract {name}")
     return found, words.sentence(triple)
 
 
 def _absence(home: Home, name: str) -> tuple[set[Triple], str]:
     """The facts that something is not here or not possible."""
-    from adaptbot_cli.core.terms import AB
-
     absent = (AB.absentItem, AB.absentAction)
     found = {t for t in home.facts if t[1] in absent and str(t[2]) == normal(name)}
     return found, f"{normal(name)} is not here"
@@ -380,8 +358,6 @@ def _absence(home: Home, name: str) -> tuple[set[Triple], str]:
 
 def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
     """The facts by which something is also called so, unless it is a thing's own name."""
-    from adaptbot_cli.core.terms import AB
-
     own = {normal(home.kg.name(entity)) for entity in home.kg.find(name)}
     found = {t for t in home.facts if t[1] == AB.alias and str(t[2]) == normal(name)}
     if not found or normal(name) in own:
@@ -390,9 +366,7 @@ def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
     return found, f"{normal(name)} is another name for {text}"
 
 
-def _thing(home: Home, name: str) -> "URIRef":
-    from rdflib import RDF, URIRef
-
+def _thing(home: Home, name: str) -> URIRef:
     found = known_as(home, name)
     # Of an action of the pack only what was taught of it besides is among the facts.
     whole = {t[0] for t in home.facts if t[1] == RDF.type}
@@ -400,11 +374,9 @@ def _thing(home: Home, name: str) -> "URIRef":
     if not mine:
         if found:
             raise UsageError(f"{name} is described in actions.ttl; edit the file to take it back")
-        from adaptbot_cli.core import view
 
-        near = view.near(home.kg, name)
-        hint = f"; near it: {', '.join(near)}" if near else ""
-        raise UsageError(f"nothing is called {name}, and nobody said it is not here{hint}")
+        text = f"nothing is called {name}, and nobody said it is not here"
+        raise UsageError(text + near_it(home.kg, name))
     if len(mine) > 1:
         text = ", ".join(f"{home.kg.kind_label(node)} {home.words.name(node)}" for node in mine)
         raise UsageError(f"several things are called {name}: {text}")
@@ -418,9 +390,6 @@ def commit_edits(home: Home, message: str) -> str | None:
         KnowledgeError: the edits leave what the domain does not allow, or no domain; they stay
             as they are, uncommitted.
     """
-    from adaptbot_cli.adapters.store.keeper import commit_hand_edits, edit_faults, edited_plans
-    from adaptbot_cli.core.faults import by_mistake
-
     versions = home.needed()
     with versions.repo.writing():
         plans = edited_plans(versions.repo, home.domain)
@@ -434,22 +403,16 @@ def commit_edits(home: Home, message: str) -> str | None:
             see = f"see adaptbot kg validate --domain {home.domain}"
             rest = f"; and {more} more: {see}" if more > 0 else ""
             raise KnowledgeError(f"the edits were not committed and stay as they are: {text}{rest}")
-        return commit_hand_edits(versions.repo, home.domain, edited, message, _now(), person())
-
-
-def preview_words(home: Home, delta: Delta) -> Words:
-    """Return words that know the names of what a change adds as well."""
-    return home.words.also(delta.added).also(delta.removed)
+        return commit_hand_edits(versions.repo, home.domain, edited, message, started(), person())
 
 
 def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:
     """Return the tasks whose library plan is judged otherwise after a change: task, old, new."""
-
     return verdict_changes(home.kg, after(home, delta), delta, home.workspace.library(home.domain))
 
 
 def verdict_changes(
-    before: "Kg", now: "Kg", delta: Delta, library: Sequence[Path]
+    before: Kg, now: Kg, delta: Delta, library: Sequence[Path]
 ) -> list[tuple[str, str, str]]:
     """Return the tasks whose plan is judged otherwise after a change: task, old, new.
 
@@ -464,13 +427,9 @@ def verdict_changes(
     return found
 
 
-def _plans(kg: "Kg", folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
+def _plans(kg: Kg, folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
     """The library's plans for the domain's tasks, and for the names that they bear themselves."""
-    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.library import Library, names_in, read_library
-    from adaptbot_cli.core.request import understand
-    from adaptbot_cli.core.turns import Propose
-    from adaptbot_cli.errors import ModelError
 
     library = Library(tuple(folders), kg.domain, kg=kg)
     names = [task.name for task in kg.domain.tasks]
@@ -484,12 +443,11 @@ def _plans(kg: "Kg", folders: Sequence[Path]) -> Iterator[tuple[Task, str]]:
             continue
 
 
-def _matters(delta: Delta, task: Task, plan: str, before: "Kg", now: "Kg") -> bool:
+def _matters(delta: Delta, task: Task, plan: str, before: Kg, now: Kg) -> bool:
     """Whether a change can touch a plan: it names a thing of it, or may use one without a name."""
-    from adaptbot_cli.core.parse import parse
-
     changed = about(delta)
-    if any(_used_unnamed(node, before) or _used_unnamed(node, now) for node in _subjects(delta)):
+    subjects = {subject for subject, _, _ in delta.removed | delta.added}
+    if any(_used_unnamed(node, kg) for node in subjects for kg in (before, now)):
         return True
     names = {normal(str(value)) for _, _, value in delta.removed | delta.added}
     written = {arg for call in parse(plan).calls for arg in (call.call.action, *call.call.args)}
@@ -499,11 +457,7 @@ def _matters(delta: Delta, task: Task, plan: str, before: "Kg", now: "Kg") -> bo
     )
 
 
-def _subjects(delta: Delta) -> "set[Node]":
-    return {subject for subject, _, _ in delta.removed | delta.added}
-
-
-def _used_unnamed(node: "Node", kg: "Kg") -> bool:
+def _used_unnamed(node: Node, kg: Kg) -> bool:
     """Whether a step may use it though the plan does not name it: an action, a place, a tool."""
     kinds = kg.domain.kinds.values()
     prompted = [kind.iri for kind in kinds if kind.prompted]
@@ -511,8 +465,6 @@ def _used_unnamed(node: "Node", kg: "Kg") -> bool:
     return kg.is_a(node, prompted) or any(action.iri == node for action in actions)
 
 
-def _verdict(task: Task, plan: str, kg: "Kg") -> str:
-    from adaptbot_cli.session.replay import check
-
+def _verdict(task: Task, plan: str, kg: Kg) -> str:
     result = check(plan, task, kg)
     return "goal met" if result.goal_met else result.verdict.replace("_", " ")

@@ -13,21 +13,26 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from rdflib import RDF
+from rdflib.term import Node
 
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.keeper import Held
+from adaptbot_cli.adapters.store.merger import agreed
+from adaptbot_cli.adapters.store.reading import fact_files
+from adaptbot_cli.adapters.store.trailers import answers, compose
+from adaptbot_cli.adapters.store.versions import Versions, facts_of
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question, side_of
 from adaptbot_cli.core.names import normal, variants
+from adaptbot_cli.core.provenance import Told, short
+from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.change import keeper
+from adaptbot_cli.session.change import held_by, keeper
 from adaptbot_cli.session.knowledge import Home
 
 if TYPE_CHECKING:
-    from rdflib.term import Node
-
-    from adaptbot_cli.adapters.store.keeper import Held
     from adaptbot_cli.adapters.store.shared import Fetched, Shadow, SharedGraph
-    from adaptbot_cli.core.questions import Question
 
 TRIES = 30
 """How often a push is made anew because somebody else was quicker."""
@@ -44,7 +49,7 @@ class Exchange:
 
     came: Delta = field(default_factory=Delta)
     sent: Delta = field(default_factory=Delta)
-    open: "list[Question]" = field(default_factory=list)
+    open: list[Question] = field(default_factory=list)
     notes: tuple[str, ...] = ()
 
 
@@ -56,13 +61,12 @@ class Served:
     shared: "SharedGraph"
     shadow: "Shadow"
     human: Human
-    asked: "dict[Any, tuple[Side | None, Question]]" = field(default_factory=dict)
+    asked: dict[Any, tuple[Side | None, Question]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, home: Home, human: Human) -> "Served | None":
         """Return a home's graph on the server that settings or environment name, if any does."""
         from adaptbot_cli.adapters.store.endpoint import endpoint_of
-        from adaptbot_cli.adapters.store.git import Repo
         from adaptbot_cli.adapters.store.shared import Shadow, SharedGraph
 
         endpoint = endpoint_of(home.workspace.settings, os.environ)
@@ -109,10 +113,7 @@ class Served:
         return self._merge(self.shared.about(things, named, kinds))
 
     def _merge(self, fetched: "Fetched") -> Exchange:
-        from adaptbot_cli.adapters.store.merger import agreed
-        from adaptbot_cli.adapters.store.trailers import compose
-
-        held = self._held()
+        held = held_by(self.home)
         here, theirs = self._facts(held), fetched.facts
         ours, base = here, self._base(fetched)
         if fetched.scope is not None:
@@ -152,20 +153,17 @@ class Served:
     def _givers(self, conflict: Conflict) -> tuple[str, str]:
         """Who gave the answers of a conflict, here and there, and when."""
         sides = []
-        for delta, answers in (
+        for delta, given in (
             (Delta(added=conflict.ours), self._since()),
             (Delta(added=conflict.theirs), self.shared.behind(Delta(added=conflict.theirs))),
         ):
-            record = dict(self._told(answers, delta))
+            record = dict(self._told(given, delta))
             sides.append(", ".join(filter(None, (record.get("By-1"), record.get("At-1", "")[:10]))))
         return sides[0], sides[1] or "the shared graph"
 
     def _base(self, fetched: "Fetched") -> Facts:
         """What both sides have in common. At first: what the workspace began with, unless the
         server is empty still."""
-        from adaptbot_cli.adapters.store.keeper import Held
-        from adaptbot_cli.adapters.store.versions import Versions
-
         if self.shadow.facts is not None:
             return self.shadow.facts
         if not fetched.facts:
@@ -224,22 +222,18 @@ class Served:
     def _unsent(self) -> Delta:
         """What the server does not know yet; of much the first things, as servers bear no update
         of any length."""
-        ours, known = self._facts(self._held()), self.shadow.facts or _NONE
+        ours, known = self._facts(held_by(self.home)), self.shadow.facts or _NONE
         last = sorted(ours ^ known)[:_MOST][-1:]
         now = {t for t in ours ^ known if (t[0],) <= (last[0][0],)} if last else set()
         return Delta(known & now, ours & now)
 
-    def _things(self) -> "set[Node]":
-        both = self._facts(self._held()) | (self.shadow.facts or _NONE)
+    def _things(self) -> set[Node]:
+        both = self._facts(held_by(self.home)) | (self.shadow.facts or _NONE)
         return {s for s, _, _ in both}
 
     def _since(self) -> Any:
         """The answers of the commits that the server does not know, the oldest first; a commit
         without any is told by its subject."""
-        from adaptbot_cli.adapters.store.trailers import answers
-        from adaptbot_cli.adapters.store.versions import Versions
-        from adaptbot_cli.core.provenance import Told, short
-
         versions = Versions(self.home.domain, self.shadow.repo)
         found: list[Told] = []
         for commit in self.shadow.repo.log([versions.folder], self.shadow.head):
@@ -259,8 +253,6 @@ class Served:
 
     def _told(self, answers: Any, delta: Delta) -> list[tuple[str, str]]:
         """Trailers of the answers behind a change: of each fact the last that tells of it."""
-        from adaptbot_cli.core.provenance import short
-
         left = {short("-", t) for t in delta.removed} | {short("+", t) for t in delta.added}
         found: list[tuple[str, str]] = []
         number = 0
@@ -274,20 +266,11 @@ class Served:
                 found += [(f"Fact-{number}", fact) for fact in facts]
         return found
 
-    def _held(self) -> "Held":
-        from adaptbot_cli.adapters.store.keeper import Held
-
-        workspace, domain = self.home.workspace, self.home.domain
-        return Held.of(workspace.files(domain), f"kg/{domain}")
-
-    def _facts(self, held: "Held") -> Facts:
-        from adaptbot_cli.adapters.store.reading import fact_files
-        from adaptbot_cli.adapters.store.versions import facts_of
-
+    def _facts(self, held: Held) -> Facts:
         return facts_of({name: held.files[name] for name in fact_files(held.files)})
 
 
-def _within(facts: Facts, scope: "frozenset[Node]") -> Facts:
+def _within(facts: Facts, scope: frozenset[Node]) -> Facts:
     """Facts about the things of a scope, and that something is absent."""
     return frozenset(t for t in facts if t[0] in scope)
 

@@ -3,17 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from adaptbot_cli.adapters.store import files
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Turn
 from adaptbot_cli.session.packs import PDDL_FILES
 from adaptbot_cli.session.replay import check_request, replay
+from adaptbot_cli.session.sources import kg_again
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.plan import Finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +20,7 @@ class Exported:
     """A plan as a text, "" if it is not one to hand over; `findings` tell why it is not."""
 
     text: str
-    findings: tuple["Finding", ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 class _Rehearsals:
@@ -41,7 +40,7 @@ class _Rehearsals:
             self.plans[turn.report.task] = turn.report, turn.outcome
 
 
-def export_text(text: str, request: str, workspace: Workspace, kg: "Kg", form: str) -> Exported:
+def export_text(text: str, request: str, workspace: Workspace, kg: Kg, form: str) -> Exported:
     """Check a plan's text, and write it in a form.
 
     Raises:
@@ -60,7 +59,6 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
     from adaptbot_cli.adapters.transcript.loading import read
-    from adaptbot_cli.session.sources import kg_again
 
     kg, _ = kg_again(read(path)[0], path, workspace)
     kept = _Rehearsals()
@@ -69,7 +67,7 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
 
 
 def _exported(
-    plans: Sequence[tuple[Report, Outcome | None]], workspace: Workspace, kg: "Kg", form: str
+    plans: Sequence[tuple[Report, Outcome | None]], workspace: Workspace, kg: Kg, form: str
 ) -> Exported:
     from adaptbot_cli.adapters.plan_forms import FORMS, grounded, spellings
 
@@ -77,7 +75,9 @@ def _exported(
     findings = tuple(dict.fromkeys((*(f for r, _ in plans for f in r.findings), *unmet)))
     if not plans or not all(_is_ready(report, outcome) for report, outcome in plans):
         return Exported("", findings)
-    words = spellings(_sources(workspace, kg.domain.name))
+    folder = f"kg/{kg.domain.name}"
+    read = (files.read(workspace.root, f"{folder}/{name}") for name in PDDL_FILES)
+    words = spellings([data.decode("utf-8", "replace") for data in read if data is not None])
     return Exported(FORMS[form](grounded([r for r, _ in plans], kg, words)), findings)
 
 
@@ -85,10 +85,3 @@ def _is_ready(report: Report, outcome: Outcome | None) -> bool:
     """Whether a plan ran through in the rehearsal and met its goal there."""
     ran = outcome is not None and outcome.error is None and not outcome.unmet
     return ran and report.executable and not report.open
-
-
-def _sources(workspace: Workspace, domain: str) -> list[str]:
-    from adaptbot_cli.adapters.store import files
-
-    read = (files.read(workspace.root, f"kg/{domain}/{name}") for name in PDDL_FILES)
-    return [data.decode("utf-8", "replace") for data in read if data is not None]

@@ -9,18 +9,25 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rdflib import XSD, Literal, URIRef
+from rdflib.term import Node
+
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import fact_files, graph_of
+from adaptbot_cli.adapters.store.turtle import engine_term
+from adaptbot_cli.core import describing, view
 from adaptbot_cli.core.changes import Changes, Words
-from adaptbot_cli.core.terms import SCHEMA, Triple
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.provenance import Chapter, Origin, Turnover
+from adaptbot_cli.core.terms import AB, SCHEMA, Triple, local
 from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
-    from rdflib.term import Node
-
     from adaptbot_cli.adapters.store.versions import CommitDelta, Versions
-    from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.provenance import Chapter, Origin, Turnover
 
 WORKING = "the files"
 """How the version on disk is called, which may hold edits that are not committed."""
@@ -34,7 +41,7 @@ class Home:
     domain: str
 
     @cached_property
-    def kg(self) -> "Kg":
+    def kg(self) -> Kg:
         """The graph as it is now. Raises KnowledgeError, PackError, UsageError."""
         return load(self.workspace, self.domain)
 
@@ -73,21 +80,16 @@ class Home:
     @cached_property
     def _of_actions(self) -> frozenset[Triple]:
         """Those of the files that hold no facts of things."""
-        from adaptbot_cli.adapters.store.reading import graph_of
         from adaptbot_cli.adapters.store.versions import facts_of
 
         return facts_of({n: data for n, data in self._files.items() if graph_of(n) is None})
 
-    def matching(
-        self, subject: "Node | None" = None, predicate: "Node | None" = None
-    ) -> set[Triple]:
+    def matching(self, subject: Node | None = None, predicate: Node | None = None) -> set[Triple]:
         """Return those of `facts` with a subject or a predicate, without reading all of them.
 
         The graph has values in the engine's canonical form; where a file may have another, as 1.50
         for 1.5, all are read after all.
         """
-        from adaptbot_cli.adapters.store.reading import fact_files
-
         found = set(self.kg.facts.triples((subject, predicate, None)))
         found -= set(self.kg.graph(SCHEMA))
         exact = not any(b"^^" in self._files[name] for name in fact_files(self._files))
@@ -100,9 +102,7 @@ class Home:
     @cached_property
     def pack(self) -> frozenset[Triple]:
         """The single facts that the bundled domain came with; none if it is not bundled."""
-        from adaptbot_cli.adapters.store.files import read_files
         from adaptbot_cli.adapters.store.versions import facts_of
-        from adaptbot_cli.resources import bundled
 
         return facts_of(read_files(bundled("kg") / self.domain))
 
@@ -117,26 +117,24 @@ class Home:
 class _Names(Mapping["Node", str]):
     """The names of a graph's things, looked up one by one."""
 
-    def __init__(self, kg: "Kg") -> None:
+    def __init__(self, kg: Kg) -> None:
         self.kg = kg
 
-    def __getitem__(self, node: "Node") -> str:
+    def __getitem__(self, node: Node) -> str:
         found = next((n for p in self.kg.named_by for n in self.kg.store.objects(node, p)), None)
         if found is None:
             raise KeyError(node)
         return str(found)
 
-    def __iter__(self) -> "Iterator[Node]":
+    def __iter__(self) -> Iterator[Node]:
         return (s for p in self.kg.named_by for s in self.kg.store.subjects(p))
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
 
-def _is_canonical(value: "Node") -> bool:
+def _is_canonical(value: Node) -> bool:
     """Whether a value is one that a file can only write in the engine's own form."""
-    from rdflib import XSD, Literal
-
     return not isinstance(value, Literal) or value.datatype in (None, XSD.string, XSD.boolean)
 
 
@@ -149,8 +147,6 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     Raises:
         KnowledgeError: there is no such version.
     """
-    from rdflib import URIRef
-
     from adaptbot_cli.adapters.store.versions import facts_of
 
     versions = home.needed()
@@ -176,18 +172,13 @@ _RUN = re.compile(r"\d{8}T\d")
 """How the id of a run begins, and no thing's name."""
 
 
-def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
+def chapters(home: Home, name: str | None) -> Iterator[Chapter]:
     """Give the commits that taught something, newest first; those about a thing or of a run, if one
     is named.
 
     Raises:
         UsageError: nothing is or was ever called so.
     """
-    from rdflib import Literal
-
-    from adaptbot_cli.adapters.store.turtle import engine_term
-    from adaptbot_cli.core.names import normal
-
     versions = home.versions
     if versions is None:
         return
@@ -214,7 +205,7 @@ def chapters(home: Home, name: str | None) -> "Iterator[Chapter]":
         or any(entry.name == name for entry in taught.changes.entries)
     ]
     if not found and not wanted:
-        raise UsageError(f"nothing is or was called {name}{_near(home, name)}")
+        raise UsageError(f"nothing is or was called {name}{near_it(home.kg, name)}")
     yield from map(versions.chapter, found)
 
 
@@ -223,22 +214,15 @@ def _triples(taught: "CommitDelta") -> frozenset[Triple]:
     return delta.removed | delta.added
 
 
-def known_as(home: Home, name: str) -> "frozenset[Node]":
+def known_as(home: Home, name: str) -> frozenset[Node]:
     """Return the things and actions that bear a name now."""
-    from adaptbot_cli.core import view
-    from adaptbot_cli.core.names import normal
-
     found: set[Node] = set(view.called(home.kg, name))
     action = home.kg.domain.actions.get(normal(name))
     return frozenset(found | ({action.iri} if action else set()))
 
 
-def concerns(triple: Triple, wanted: "frozenset[Node]", name: str) -> bool:
+def concerns(triple: Triple, wanted: frozenset[Node], name: str) -> bool:
     """Tell whether a fact is about one of some things, names one, or holds a name itself."""
-    from rdflib import Literal
-
-    from adaptbot_cli.core.names import normal
-
     subject, _, value = triple
     if subject in wanted or value in wanted:
         return True
@@ -250,8 +234,8 @@ class Why:
     """Where the facts about something come from; `history` of one property, newest first."""
 
     name: str
-    facts: Mapping[Triple, "Origin"]
-    history: "Sequence[Turnover]" = ()
+    facts: Mapping[Triple, Origin]
+    history: Sequence[Turnover] = ()
 
 
 def why(home: Home, name: str, prop: str = "") -> Why:
@@ -264,7 +248,6 @@ def why(home: Home, name: str, prop: str = "") -> Why:
         UsageError: nothing is called so, or has no such property.
     """
     from adaptbot_cli.adapters.store.versions import PACK, UNCOMMITTED
-    from adaptbot_cli.core import describing
 
     wanted = known_as(home, name)
     facts = {t for thing in wanted for t in home.matching(thing)} or _facts_said_of(home, name)
@@ -299,9 +282,6 @@ def why(home: Home, name: str, prop: str = "") -> Why:
 def _facts_said_of(home: Home, name: str) -> set[Triple]:
     """The facts by which a name was said to be not here, not possible, or an action's with an
     argument that is always the same."""
-    from adaptbot_cli.core.names import normal
-    from adaptbot_cli.core.terms import AB
-
     entries = (
         t for p in (AB.absentItem, AB.absentAction, AB.alias) for t in home.matching(None, p)
     )
@@ -310,35 +290,27 @@ def _facts_said_of(home: Home, name: str) -> set[Triple]:
     return found | {t for t in home.facts if t[0] in parts or t[2] in parts} if parts else found
 
 
-def called(prop: str, predicate: "Node", words: Words) -> bool:
+def called(prop: str, predicate: Node, words: Words) -> bool:
     """Tell whether a predicate bears a name: its short name or its label."""
-    from adaptbot_cli.core.names import normal
-    from adaptbot_cli.core.terms import local
-
     return normal(prop) in (normal(local(predicate)), normal(words.label(predicate)))
 
 
-def _properties(home: Home, wanted: "frozenset[Node]") -> str:
-    from adaptbot_cli.core.terms import local
-
+def _properties(home: Home, wanted: frozenset[Node]) -> str:
     found = sorted({local(p) for thing in wanted for _, p, _ in home.matching(thing)})
     return ", ".join(found) or "none yet"
 
 
 def _not_taught(home: Home, name: str) -> str:
     """Say that nobody taught anything of that name: it is something else, or nothing."""
-    from adaptbot_cli.core import describing, view
-
     task = describing.task_called(home.kg, name)
     kind = view.kind_called(home.kg, name)
     if task is None and kind is None:
-        return f"nothing is called {name}{_near(home, name)}"
+        return f"nothing is called {name}{near_it(home.kg, name)}"
     what, file = ("task", "tasks.ttl") if task is not None else ("class", "domain.ttl")
     return f"{name} is a {what}, as {file} has it; see adaptbot kg show {shlex.quote(name)}"
 
 
-def _near(home: Home, name: str) -> str:
-    from adaptbot_cli.core import view
-
-    near = view.near(home.kg, name)
+def near_it(kg: Kg, name: str) -> str:
+    """Return a hint that names what a name may have been meant for, "" if nothing is near."""
+    near = view.near(kg, name)
     return f"; near it: {', '.join(near)}" if near else ""

@@ -6,10 +6,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.parse import parser
+from adaptbot_cli.core.pending import Pending, Sitting, Waiting, listed, sitting
 from adaptbot_cli.core.turns import Human, Observer
+from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.build import (
-    Request,
     human_of,
     keeper_of,
     recording,
@@ -25,9 +29,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.adapters.transcript.loading import LeftOver
-    from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.pending import Pending, Sitting, Waiting
-    from adaptbot_cli.core.words import Lexicon
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,16 +36,15 @@ class Open:
     """What waits in a domain: tasks, the questions that they wait for, the transcripts they are
     from; and how many tasks wait in `others`, by domain."""
 
-    kg: "Kg"
-    waiting: "Sequence[Waiting]"
-    pending: "Sequence[Pending]"
+    kg: Kg
+    waiting: Sequence[Waiting]
+    pending: Sequence[Pending]
     runs: Sequence[str] = ()
     others: dict[str, int] = field(default_factory=dict)
 
 
 def find_open(workspace: Workspace, domain: str) -> Open:
     """Find the questions that are open in a domain. Raises UsageError, KnowledgeError."""
-    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript.loading import left_over
 
     runs = left_over(workspace.transcripts, _sittings(workspace))
@@ -54,12 +54,7 @@ def find_open(workspace: Workspace, domain: str) -> Open:
     return replace(found, others=dict(_tasks_waiting(workspace, sorted(others), runs, words)))
 
 
-def _open_in(
-    workspace: Workspace, domain: str, runs: "Sequence[LeftOver]", words: "Lexicon"
-) -> Open:
-    from adaptbot_cli.core.parse import parser
-    from adaptbot_cli.core.pending import Waiting, listed
-
+def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]", words: Lexicon) -> Open:
     kg = load(workspace, domain)
     here = [run for run in runs if run.domain == domain]
     waiting = []
@@ -69,14 +64,12 @@ def _open_in(
         for task in reading.tasks:
             plan = run.plans.get(task.name, run.plan if len(reading.tasks) == 1 else "")
             waiting += [Waiting(task, plan, run.unknown)] if plan else []
-    pending = drive(
-        listed(waiting, kg, parser(kg)), _ports(kg, human_of(Request("", domain), None))
-    )
+    pending = drive(listed(waiting, kg, parser(kg)), _ports(kg, human_of(None, None)))
     return Open(kg, waiting, pending, [run.path.stem for run in here])
 
 
 def _tasks_waiting(
-    workspace: Workspace, domains: Sequence[str], runs: "Sequence[LeftOver]", words: "Lexicon"
+    workspace: Workspace, domains: Sequence[str], runs: "Sequence[LeftOver]", words: Lexicon
 ) -> Iterator[tuple[str, int]]:
     """How many tasks wait in each of some domains; one that cannot be read tells nothing."""
     for domain in domains:
@@ -93,9 +86,7 @@ def _sittings(workspace: Workspace) -> Path:
     return workspace.transcripts / "sittings"
 
 
-def _ports(kg: "Kg", human: Human, **more: Any) -> Ports:
-    from adaptbot_cli.adapters.lexicon import WordNet
-
+def _ports(kg: Kg, human: Human, **more: Any) -> Ports:
     nobody: Any = None
     store = more.pop("store", None) or Nowhere()
     return Ports(nobody, human, WordNet(), store, **more)
@@ -104,8 +95,8 @@ def _ports(kg: "Kg", human: Human, **more: Any) -> Ports:
 @contextmanager
 def sit_down(
     open_: Open,
-    request: Request,
     workspace: Workspace,
+    answers: Path | None,
     prompts: "Console | None",
     observers: Sequence[Observer] = (),
 ) -> Iterator[Ports]:
@@ -115,12 +106,13 @@ def sit_down(
     """
     name = f"{started():%Y%m%dT%H%M%S%f}-pending.yaml"
     path = _sittings(workspace) / name
-    human = _remembering(workspace, human_of(request, prompts))
-    start = started_on(request.domain, workspace)
-    keeper = keeper_of(open_.kg.domain, workspace, "pending answer", path)
+    human = _remembering(workspace, human_of(answers, prompts))
+    domain = open_.kg.domain
+    start = started_on(domain.name, workspace)
+    keeper = keeper_of(domain, workspace, "pending answer", path)
     header = {
         "sitting": list(open_.runs),
-        "domain": request.domain,
+        "domain": domain.name,
         "graph": (start.revision or "bundled") + (EDITS if start.edited else ""),
     }
     with recording(path, open_.kg, header) as recorder:
@@ -144,9 +136,6 @@ def _remembering(workspace: Workspace, human: Human) -> Human:
     return RememberingHuman(memory, human) if memory.answers else human
 
 
-def answer(open_: Open, ports: Ports) -> "Sitting":
+def answer(open_: Open, ports: Ports) -> Sitting:
     """Go through the open questions, learn, and look at the tasks again."""
-    from adaptbot_cli.core.parse import parser
-    from adaptbot_cli.core.pending import sitting
-
     return drive(sitting(open_.waiting, open_.kg, parser(open_.kg)), ports)

@@ -3,13 +3,20 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rdflib import URIRef
+
+from adaptbot_cli import bounded
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.keeper import create, renamed
+from adaptbot_cli.adapters.store.reading import load_kg
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.terms import TERMS, local
+from adaptbot_cli.errors import UsageError
+from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.sources import settled
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.core.kg import Kg
 
 PDDL_FILES = ("domain.pddl", "problem.pddl")
 """Where a pack's folder holds the PDDL that it was made of."""
@@ -21,7 +28,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 class Started:
     """A domain that was just made: its graph, and the revision that holds it."""
 
-    kg: "Kg"
+    kg: Kg
     revision: str
 
 
@@ -34,13 +41,7 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
         UsageError: the name will not do or is taken, or there is no domain to copy.
         KnowledgeError: the workspace cannot be written, or the pack to copy has faults.
     """
-    from rdflib import URIRef
-
     from adaptbot_cli.adapters.planner.library import library_files
-    from adaptbot_cli.adapters.store.files import read_files
-    from adaptbot_cli.adapters.store.keeper import create, renamed
-    from adaptbot_cli.adapters.store.reading import load_kg
-    from adaptbot_cli.resources import bundled
 
     _refuse(workspace, name)
     source = workspace.folder(like) if like else bundled("starter")
@@ -68,12 +69,7 @@ def take_over(
         UsageError: as `start`, or a file cannot be read.
         KnowledgeError: a file is no PDDL, or has what a graph cannot hold.
     """
-    from adaptbot_cli import bounded
     from adaptbot_cli.adapters.pddl import packed
-    from adaptbot_cli.adapters.store.keeper import create
-    from adaptbot_cli.adapters.store.reading import load_kg
-    from adaptbot_cli.core.names import normal
-    from adaptbot_cli.errors import UsageError
 
     called = name or normal(domain.stem)
     _refuse(workspace, called)
@@ -88,19 +84,12 @@ def take_over(
 
 
 def _last(iri: str) -> str:
-    from rdflib import URIRef
-
-    from adaptbot_cli.core.terms import local
 
     return local(URIRef(iri))
 
 
 def _refuse(workspace: Workspace, name: str) -> None:
     """Make sure that a new domain may have a name. Raises UsageError."""
-    from adaptbot_cli.core.names import normal
-    from adaptbot_cli.core.terms import TERMS
-    from adaptbot_cli.errors import UsageError
-
     if not _NAME.fullmatch(name):
         better = normal(name)
         hint = f"; {better} would do" if _NAME.fullmatch(better) else ", such as post_room"

@@ -9,15 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli import trust
+from adaptbot_cli.core.learning import safe_name
+from adaptbot_cli.core.names import words
+from adaptbot_cli.core.progress import Progress, progress
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
+from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.session.replay import replay
 from adaptbot_cli.session.sources import kg_again, robot_of
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.planner.budget import Spent
-    from adaptbot_cli.core.progress import Progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +60,6 @@ class PastRun:
 def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[PastRun]:
     """Return the newest runs, those of a task if words of it are given; other files are no runs."""
     from adaptbot_cli.adapters.transcript.loading import glanced
-    from adaptbot_cli.core.names import words
-    from adaptbot_cli.errors import UsageError
 
     found: list[PastRun] = []
     paths = sorted(workspace.transcripts.glob("*.yaml"), reverse=True)
@@ -201,7 +202,7 @@ class _Last:
             self.report, self.outcome = turn.report, turn.outcome
 
 
-def retrace(path: Path, workspace: Workspace) -> "Progress":
+def retrace(path: Path, workspace: Workspace) -> Progress:
     """Replay a transcript and return the ways of its things, as far as an interrupted one tells.
 
     Raises:
@@ -209,8 +210,6 @@ def retrace(path: Path, workspace: Workspace) -> "Progress":
         ReplayError: a finished one no longer tells the same story.
     """
     from adaptbot_cli.adapters.transcript.loading import read
-    from adaptbot_cli.core.progress import progress
-    from adaptbot_cli.errors import ReplayError, UsageError
 
     header, turns = read(path)
     # Hand-edited files were no revision; if they are as they were, the replay shows it.
@@ -236,9 +235,6 @@ def find_run(workspace: Workspace, name: str | None) -> Path:
     Raises:
         UsageError: there is none, or the name may mean several.
     """
-    from adaptbot_cli.core.learning import safe_name
-    from adaptbot_cli.errors import UsageError
-
     if name is not None and Path(name).is_file():
         return Path(name)
     runs = sorted(workspace.transcripts.glob("*.yaml"))
@@ -267,7 +263,6 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
         UsageError: there is no such run, there are several, or it has ended.
     """
     from adaptbot_cli.adapters.transcript.loading import has_end, text_of, unfinished
-    from adaptbot_cli.errors import UsageError
 
     open_ = unfinished(workspace.transcripts)
     if not name:

@@ -2,22 +2,21 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from adaptbot_cli.adapters.store.engine import Answered, ask, read_graph, write_graph
+from adaptbot_cli.adapters.store.engine import update as updated
+from adaptbot_cli.adapters.store.turtle import KNOWN_PREFIXES
 from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
-from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES, Triple
+from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.change import ProposedChange, after
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.sources import load
-from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.engine import Answered
 
 _SECONDS = 60.0
 """How long a query of a person may take."""
@@ -25,19 +24,15 @@ _SECONDS = 60.0
 
 def prefixes(home: Home) -> dict[str, str]:
     """Return the prefixes that a query need not declare; ex is the domain's own namespace."""
-    from adaptbot_cli.adapters.store.turtle import KNOWN_PREFIXES
-
     return {**KNOWN_PREFIXES, "ex": home.kg.domain.namespace}
 
 
-def query(home: Home, text: str, files: Sequence[Path] = ()) -> "Answered":
+def query(home: Home, text: str, files: Sequence[Path] = ()) -> Answered:
     """Answer a SPARQL query over G_k, G_s and the classes; with `files` over their facts.
 
     Raises:
         UsageError: it is no valid query, is an update, or would reach the network.
     """
-    from adaptbot_cli.adapters.store.engine import ask
-
     text = _kept_in(text)
     kg = load(home.workspace, home.domain, files) if files else home.kg
     if form_of(text) == "update":
@@ -54,18 +49,12 @@ def update(home: Home, text: str) -> ProposedChange:
     text = _kept_in(text)
     if form_of(text) == "query":
         raise UsageError("this is a query, which changes nothing: ask it without --update")
-    now = _updated(home, text)
+    schema, known = home.kg.graph(SCHEMA), prefixes(home)
+    now = within(lambda: updated(home.facts, schema, text, known), "this update", _SECONDS)
     delta = Delta(home.facts - now, now - home.facts)
     line = " ".join(text.split())
     subject = f"update: {line[:60]}" + ("…" if len(line) > 60 else "")
     return ProposedChange(delta, subject, (("Source", "update"), ("Update", line[:2000])))
-
-
-def _updated(home: Home, text: str) -> frozenset[Triple]:
-    from adaptbot_cli.adapters.store.engine import update as updated
-
-    facts, classes, known = home.facts, home.kg.graph(SCHEMA), prefixes(home)
-    return within(lambda: updated(facts, classes, text, known), "this update", _SECONDS)
 
 
 def _kept_in(text: str) -> str:
@@ -82,20 +71,15 @@ def _kept_in(text: str) -> str:
     return text
 
 
-def exported(
-    workspace: Workspace, domain: str, form: str, part: str, at: str | None = None
-) -> bytes:
+def exported(home: Home, form: str, part: str, at: str | None = None) -> bytes:
     """Return a domain's facts written in a format: G_k ("attribute"), G_s ("state") or both.
 
     Raises:
         KnowledgeError, UsageError: there is no such revision or domain.
     """
-    from adaptbot_cli.adapters.store.engine import write_graph
-
-    kg = load(workspace, domain, at=at)
+    kg = load(home.workspace, home.domain, at=at)
     names = {"attribute": [ATTRIBUTES], "state": [STATES]}.get(part, [ATTRIBUTES, STATES])
     triples = {triple for name in names for triple in kg.graph(name)}
-    home = Home(workspace, domain)
     return write_graph(triples, form, prefixes(home))
 
 
@@ -105,8 +89,6 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
     Raises:
         KnowledgeError: a file cannot be read, or is not valid.
     """
-    from adaptbot_cli.adapters.store.engine import read_graph
-
     given = read_graph(files)
     base = frozenset({*home.kg.graph(ATTRIBUTES), *home.kg.graph(STATES)})
     parcel = accept(given.triples, home.kg.domain, frozenset() if replace else base, given.prefixes)

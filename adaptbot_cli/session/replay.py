@@ -3,29 +3,28 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.core.acts import GOAL_MET
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Observer
 from adaptbot_cli.core.tutor import inspect, pursue_each
+from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
 from adaptbot_cli.session.sources import kg_of, reader
 from adaptbot_cli.workspace import Workspace
 
-if TYPE_CHECKING:
-    from adaptbot_cli.core.kg import Kg
 
-
-def check(text: str, task: Task, kg: "Kg", repair: bool = True) -> Result:
+def check(text: str, task: Task, kg: Kg, repair: bool = True) -> Result:
     """Check a plan's text on a graph, without model or human. Nothing in the world changes.
 
     Without `repair` the plan is judged as it is.
     """
-    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.terminal import AbsentHuman
-    from adaptbot_cli.core.parse import parser
 
     nobody: Any = None
     ports = Ports(nobody, AbsentHuman(), WordNet(), Nowhere())
@@ -36,7 +35,7 @@ def check_request(
     text: str,
     request: str,
     workspace: Workspace,
-    kg: "Kg",
+    kg: Kg,
     requires: Sequence[str] = (),
     without: Sequence[str] = (),
     repair: bool = True,
@@ -51,7 +50,7 @@ def check_request(
 
 
 def replay(
-    path: Path, workspace: Workspace, observers: Sequence[Observer] = (), kg: "Kg | None" = None
+    path: Path, workspace: Workspace, observers: Sequence[Observer] = (), kg: Kg | None = None
 ) -> Result:
     """Replay a transcript: no key, no network, no change of the workspace.
 
@@ -60,11 +59,8 @@ def replay(
     Raises:
         ReplayError: the run differs from the transcript; the message says at which turn and how.
     """
-    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.transcript.loading import read
     from adaptbot_cli.adapters.transcript.player import Player
-    from adaptbot_cli.core.parse import parser
-    from adaptbot_cli.errors import UsageError
 
     header, turns = read(path)
     if "sitting" in header:

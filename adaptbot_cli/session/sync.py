@@ -2,23 +2,21 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.merger import Dispute, Merger
+from adaptbot_cli.adapters.store.trailers import of_lessons
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.merging import Side, question, side_of
 from adaptbot_cli.core.provenance import Origin
+from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.turns import Human
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.build import person, started
-from adaptbot_cli.session.change import commit_edits
+from adaptbot_cli.session.change import commit_edits, signed
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.merger import Dispute
-    from adaptbot_cli.core.questions import Question
 
 TRIES = 10
 """How often a merge is made anew because somebody else was quicker."""
@@ -32,7 +30,7 @@ class Synced:
     before: str | None
     revision: str | None
     sent: bool = False
-    open: "tuple[Question, ...]" = ()
+    open: tuple[Question, ...] = ()
     settled: tuple[Lesson, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -44,7 +42,7 @@ class _Table:
     human: Human
     lessons: dict[tuple[object, ...], tuple[Side | None, Lesson]] = field(default_factory=dict)
 
-    def settle(self, dispute: "Dispute") -> Side | None:
+    def settle(self, dispute: Dispute) -> Side | None:
         conflict = dispute.conflict
         key = (dispute.domain, *conflict.key, conflict.ours, conflict.theirs)
         if key not in self.lessons:
@@ -65,7 +63,7 @@ class _Table:
         return self.lessons[key][0]
 
 
-def asked_of(dispute: "Dispute") -> "Question":
+def asked_of(dispute: Dispute) -> Question:
     """Return the question that a dispute puts, with who gave each answer."""
     return question(dispute.conflict, dispute.held.kg, (_who(dispute.ours), _who(dispute.theirs)))
 
@@ -85,14 +83,13 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
         UsageError: the repository is named in a way that is not taken.
         KnowledgeError: it cannot be reached, or holds what cannot be taken; nothing has changed.
     """
-    from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.merger import Merger
     from adaptbot_cli.adapters.store.remote import Remote
-    from adaptbot_cli.adapters.store.trailers import compose, of_lessons
 
     repo = Repo.open_or_init(workspace.root)
     link = Remote.of(repo, remote)
-    _commit_edits(workspace, repo)
+    for domain in workspace.domains():
+        if repo.head() and workspace.has(domain):  # hand edits first, as every writer does
+            commit_edits(Home(workspace, domain), f"hand edit: before a sync, {domain}")
     table, before = _Table(human), repo.head()
     notes: tuple[str, ...] = ()
     for _ in range(TRIES):
@@ -104,9 +101,8 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
             if merger.open:
                 return Synced(before, ours, open=tuple(map(asked_of, merger.open)))
             settled = [lesson for side, lesson in table.lessons.values() if side]
-            by = [("By", person())] if person() else []
-            trailers = [("Source", "sync"), ("Remote", link.name), *by, *of_lessons(settled)]
-            message = compose(f"sync: {link.name}", trailers)
+            trailers = [("Source", "sync"), ("Remote", link.name), *of_lessons(settled)]
+            message = signed(f"sync: {link.name}", *trailers)
             with repo.writing():
                 if repo.head() != ours:
                     continue
@@ -127,18 +123,9 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
     )
 
 
-def _commit_edits(workspace: Workspace, repo: "Repo") -> None:
-    """Commit hand edits first, as every writer does. Raises KnowledgeError: they have faults."""
-    for domain in workspace.domains():
-        if repo.head() and workspace.has(domain):
-            commit_edits(Home(workspace, domain), f"hand edit: before a sync, {domain}")
-
-
-def disputes(workspace: Workspace, domain: str) -> "tuple[str, list[Question]]":
+def disputes(workspace: Workspace, domain: str) -> tuple[str, list[Question]]:
     """Return the remote that was last fetched and the questions of a domain that its merge waits
     for. Raises KnowledgeError."""
-    from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.merger import Merger
     from adaptbot_cli.adapters.store.remote import last_fetched
 
     repo = Repo.open(workspace.root) if workspace.root.is_dir() else None

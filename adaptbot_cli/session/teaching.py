@@ -6,15 +6,19 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
+from adaptbot_cli import bounded
+from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.core.adding import teach_thing
-from adaptbot_cli.core.learning import Lesson, is_absent
+from adaptbot_cli.core.learning import Lesson, is_absent, safe_name
 from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.questions import STOP
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
-from adaptbot_cli.session.build import person, stamp
+from adaptbot_cli.resources import root_of
+from adaptbot_cli.session.build import human_of, person, stamp
 from adaptbot_cli.session.change import keeper
-from adaptbot_cli.session.drive import perform
+from adaptbot_cli.session.drive import Nowhere, Ports, perform
 from adaptbot_cli.session.knowledge import Home
 
 if TYPE_CHECKING:
@@ -48,9 +52,6 @@ def teach(
         KnowledgeError: what was taught cannot be kept.
         Interrupted: the person pressed Ctrl-C; the message names the file with the answers.
     """
-    from adaptbot_cli.adapters.lexicon import WordNet
-    from adaptbot_cli.session.drive import Nowhere, Ports
-
     if not normal(name):
         raise UsageError("say what there is: adaptbot kg add NAME")
     if is_absent(home.kg, name, "item"):
@@ -75,17 +76,15 @@ def teach(
 
 
 def _human(answers: Path | None, prompts: "Console | None", agreed: bool) -> Human:
-
     from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
     from adaptbot_cli.adapters.terminal import TerminalHuman
 
     if answers is not None and agreed:
-        return AnswersHuman(read_answers(answers), person(), str(answers))
+        return human_of(answers, None)
     if prompts is None:
         wanted = "--yes, or --dry-run" if answers else "--answers FILE"
         raise UsageError(f"there is no terminal to ask at: say {wanted}")
-    now = stamp
-    terminal = TerminalHuman(prompts, person(), now)
+    terminal = TerminalHuman(prompts, person(), stamp)
     if answers is None:
         return terminal
     record, path = read_answers(answers), str(answers)
@@ -93,8 +92,6 @@ def _human(answers: Path | None, prompts: "Console | None", agreed: bool) -> Hum
 
 
 def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) -> Added:
-    from adaptbot_cli.core.parse import parser
-
     turns = teach_thing(name, home.kg, parser(home.kg))
     reply: Any = None
     while True:
@@ -111,10 +108,6 @@ def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) 
 def _save(home: Home, name: str, given: dict[str, dict[str, str]]) -> Path | None:
     """Write what was answered as a file of answers; None if that cannot be done either."""
     import yaml
-
-    from adaptbot_cli import bounded
-    from adaptbot_cli.core.learning import safe_name
-    from adaptbot_cli.resources import root_of
 
     path = home.workspace.transcripts / f"add-{safe_name(name)}.answers"
     try:

@@ -3,22 +3,24 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rdflib import RDF
 from rdflib.term import Node
 
+from adaptbot_cli.adapters.store.keeper import edit_faults, edited_plans
+from adaptbot_cli.adapters.store.reading import check_files, load_kg
+from adaptbot_cli.adapters.store.versions import PACK, facts_of
 from adaptbot_cli.core.changes import Changes, Status, Words, Wrong
 from adaptbot_cli.core.faults import FAULT, by_mistake, faults
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.lint import lacking
+from adaptbot_cli.core.provenance import Origin
+from adaptbot_cli.core.refine.goals import weak
 from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.sources import load, settled
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.provenance import Origin
 
 
 def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str], list[str]]:
@@ -32,8 +34,6 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
         KnowledgeError: its folder cannot be read.
     """
     from adaptbot_cli.adapters.planner.checking import library_faults
-    from adaptbot_cli.adapters.store.reading import check_files
-    from adaptbot_cli.core.refine.goals import weak
 
     files = settled(workspace.root, lambda: workspace.files(domain))
     kg, found, hints = check_files(files)
@@ -53,8 +53,6 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         UsageError: there is no such domain.
         KnowledgeError: its folder, or one of the other files, cannot be read.
     """
-    from adaptbot_cli.core.lint import lacking
-
     if files:
         kg = load(workspace, domain, files)
         where = ", ".join(map(str, files))
@@ -107,9 +105,7 @@ def _meant(name: str, text: str, home: Home) -> list[Triple]:
     return [t for t in about if t[1] in wanted]
 
 
-def _origins(home: Home, triples: Sequence[Triple]) -> "list[Origin]":
-    from adaptbot_cli.adapters.store.versions import PACK
-
+def _origins(home: Home, triples: Sequence[Triple]) -> list[Origin]:
     if home.versions is None:
         return [PACK] if triples else []
     found = home.versions.origins(triples, home.pack)
@@ -117,7 +113,7 @@ def _origins(home: Home, triples: Sequence[Triple]) -> "list[Origin]":
     return sorted(dict.fromkeys(ordered), key=lambda origin: origin.when)
 
 
-def _origin_text(origin: "Origin", domain: str) -> str:
+def _origin_text(origin: Origin, domain: str) -> str:
     if origin.source == "answer":
         by = f" ({origin.by})" if origin.by else ""
         return f'answer {origin.answer}{by}: "{origin.question}" "{origin.said}"'
@@ -131,7 +127,6 @@ def _origin_text(origin: "Origin", domain: str) -> str:
 
 def status(home: Home) -> Status:
     """Return how a workspace stands. Edits that cannot be read are told as a problem."""
-    from adaptbot_cli.adapters.store.keeper import edit_faults, edited_plans
     from adaptbot_cli.adapters.transcript.loading import unfinished
 
     root, versions = home.workspace.root, home.versions
@@ -154,18 +149,9 @@ def status(home: Home) -> Status:
 
 def words_for(home: Home, changes: Changes) -> Words:
     """Return words that know the names of what a change adds and removes as well."""
-    known = _words(home)
-    return known.also(changes.delta.added).also(changes.delta.removed)
-
-
-def _words(home: Home) -> Words:
-    """The words of the files as they are; those of the last commit if the files are no domain."""
-    from adaptbot_cli.adapters.store.reading import load_kg
-    from adaptbot_cli.adapters.store.versions import facts_of
-
     try:
-        return home.words
-    except KnowledgeError:
-        versions = home.needed()
-        files = versions.files("HEAD")
-        return Words.of(load_kg(files, "HEAD").domain, facts_of(files))
+        known = home.words
+    except KnowledgeError:  # the files are no domain; the last commit is one
+        files = home.needed().files("HEAD")
+        known = Words.of(load_kg(files, "HEAD").domain, facts_of(files))
+    return known.also(changes.delta.added).also(changes.delta.removed)

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+import yaml
+
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.cli.main import main
 from tests.cli import forking
@@ -149,6 +151,20 @@ class Home:
     def files(self) -> set[str]:
         """Return every file and folder there is."""
         return {path.relative_to(self.folder).as_posix() for path in self.folder.rglob("*")}
+
+    @property
+    def transcript(self) -> Path:
+        """The transcript of the newest run."""
+        return max((self.workspace / "transcripts").glob("*.yaml"))
+
+    def documents(self) -> list[Any]:
+        """Return the header and the turns of the newest run."""
+        return list(yaml.safe_load_all(self.transcript.read_text(encoding="utf-8")))
+
+    def replays(self) -> bool:
+        """Tell whether every run can be played again."""
+        runs = sorted(map(str, (self.workspace / "transcripts").glob("*.yaml")))
+        return self.adaptbot("replay", *runs).code == 0
 
     def subjects(self) -> list[str]:
         """Return the subjects of the workspace's commits, oldest first."""

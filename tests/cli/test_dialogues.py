@@ -4,10 +4,8 @@ import re
 import shutil
 import signal
 from pathlib import Path
-from typing import Any
 
 import pytest
-import yaml
 
 from adaptbot_cli.adapters.store.git import Repo
 from tests.cli.attended import CTRL_C, DOWN, ENTER, ESC, UP, tty
@@ -72,16 +70,9 @@ def knowledge(home: Home) -> dict[str, bytes]:
     return {**found, "HEAD": str(Repo.open_or_init(home.workspace).head()).encode()}
 
 
-def turns(home: Home) -> list[Any]:
-    """Return the turns of the only transcript."""
-    (path,) = (home.workspace / "transcripts").glob("*.yaml")
-    _, *found = yaml.safe_load_all(path.read_text(encoding="utf-8"))
-    return found
-
-
 def told(home: Home) -> list[str]:
     """Return the answers that the only transcript holds."""
-    return [turn["answer"] for turn in turns(home) if turn["turn"] == "ask"]
+    return [turn["answer"] for turn in home.documents()[1:] if turn["turn"] == "ask"]
 
 
 def learned(home: Home) -> list[str]:
@@ -113,7 +104,7 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
     assert "interrupted; nothing was committed. To go on: adaptbot resume" in opened.screen
     assert knowledge(there) == before
     assert len(told(there)) == {"which one": 0}.get(question, len(dialogue))
-    assert "finished" not in {turn["turn"] for turn in turns(there)}
+    assert "finished" not in {turn["turn"] for turn in there.documents()[1:]}
 
 
 LEARNED: dict[str, tuple[Dialogue, list[str], list[str]]] = {
@@ -162,7 +153,7 @@ def test_what_is_refused_in_the_review_is_not_committed(there: Home) -> None:
         assert opened.ends() == 3  # without the answer the plan is not known to be executable
     assert "committed as" not in opened.screen
     assert knowledge(there) == before
-    assert [turn["kept"] for turn in turns(there) if turn["turn"] == "review"] == [False]
+    assert [turn["kept"] for turn in there.documents()[1:] if turn["turn"] == "review"] == [False]
 
 
 def test_json_in_a_terminal_has_stdout_alone(home: Home) -> None:
@@ -220,8 +211,7 @@ def test_what_was_only_suggested_is_told_from_what_was_said_and_taken_back_at_on
     assert suggested and len(suggested) < sum(key.startswith("Answer") for key in trailers)
     assert "accepted suggestion, as for" in home.adaptbot("kg", "why", "shallot").said
     assert "accepted suggestion, as for" in home.adaptbot("kg", "log").said
-    path = next((home.workspace / "transcripts").glob("*.yaml"))
-    assert "suggestion" in path.read_text() and "✓" in home.adaptbot("replay", str(path)).out
+    assert "suggestion" in home.transcript.read_text() and home.replays()
 
     assert home.adaptbot("undo", "--suggestions", "--yes").code == 0
     left = home.adaptbot("kg", "why", "shallot", "--json")
@@ -273,9 +263,8 @@ def test_of_a_new_object_is_learned_what_was_told(home: Home, name: str) -> None
     facts = "\n".join(learned(home)) if there else ""
     assert all(f"+ shallot {fact}" in facts for fact in there), facts
     assert not any(f"+ shallot {fact}" in facts for fact in never), facts
-    assert shown in opened.screen and turns(home)[-1]["turn"] == "finished"
-    (path,) = (home.workspace / "transcripts").glob("*.yaml")
-    assert "✓" in home.adaptbot("replay", str(path)).out
+    assert shown in opened.screen and home.documents()[1:][-1]["turn"] == "finished"
+    assert home.replays()
 
 
 def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home) -> None:
@@ -295,8 +284,7 @@ def test_a_correction_shows_the_whole_form_and_keeps_its_other_lines(home: Home)
     assert "+ shallot IsLiquid false" in facts and "+ shallot IsSliceable true" in facts
     assert "+ shallot Boilable true" in facts and "+ shallot obj_location fridge" not in facts
     assert any(fact.startswith("+ shallot obj_location") for fact in facts)
-    path = next((home.workspace / "transcripts").glob("*.yaml"))
-    assert "✓" in home.adaptbot("replay", str(path)).out
+    assert home.replays()
 
 
 def test_a_run_cut_off_in_a_correction_goes_on_with_the_whole_form(home: Home) -> None:

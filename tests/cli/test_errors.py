@@ -123,8 +123,7 @@ def test_a_hostile_task_stays_in_its_workspace(home: Home) -> None:
     ended = home.adaptbot("run", "../../../toast> . <x>", "--requires", '../x,"; DROP ALL')
     assert ended.code == 3 and "Traceback" not in ended.err
     assert {name.split("/")[0] for name in home.files()} == {"robot"}
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
 
 
 def test_settings_that_cannot_be_meant(home: Home) -> None:

@@ -65,7 +65,7 @@ def test_a_published_graph_comes_out_as_it_was_taken_in(
         given.remove(triple)
     assert len(parcel.left_out) <= 3 and len(given) == len(parcel.accepted)
     for form in ("turtle", "nt", "json-ld", "xml"):
-        data = queries.exported(here.workspace, here.domain, form, "merged")
+        data = queries.exported(here, form, "merged")
         assert isomorphic(Graph().parse(data, format=form), given), form
 
 
@@ -169,7 +169,7 @@ def test_a_value_of_any_datatype_comes_back(tmp_path: Path, datatype: str) -> No
     assert validate(workspace, "starting") == []
     here = Home(workspace, "starting")
     path = tmp_path / "all.ttl"
-    path.write_bytes(queries.exported(workspace, "starting", "turtle", "merged"))
+    path.write_bytes(queries.exported(here, "turtle", "merged"))
     parcel, proposal = queries.imported(here, [path], replace=True)
     assert not parcel.left_out and not proposal.delta
 

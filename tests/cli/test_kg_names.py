@@ -197,7 +197,8 @@ def test_every_command_takes_it_as_a_word(
 
 def preview(proposal: change.ProposedChange, home: knowledge.Home) -> object:
     """Return a proposed change as it is shown."""
-    return origins.preview(proposal.changes, change.preview_words(home, proposal.delta))
+    delta = proposal.delta
+    return origins.preview(proposal.changes, home.words.also(delta.added).also(delta.removed))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from rich.console import Console
 
 from adaptbot_cli.adapters.planner import local as found
@@ -24,6 +23,7 @@ from tests import loopback as server
 from tests.bench.synthetic import PLAN as TEA
 from tests.cli.attended import tty
 from tests.cli.command import Home
+from tests.cli.test_imports import imported
 from tests.loopback import Answer, Loopback, refuses, says, serving, shows
 
 KEY = "sk-planted-0123456789-abcdef"
@@ -39,10 +39,6 @@ def live(at: Loopback, *more: str) -> list[str]:
     return ["--model", "openai/planner", "--api-base", at.url, *more]
 
 
-def documents(path: Path) -> list[dict[str, Any]]:
-    return list(yaml.safe_load_all(path.read_text(encoding="utf-8")))
-
-
 def test_a_run_with_a_model_says_who_plans_and_what_it_used(home: Home) -> None:
     with serving(says(TEA)) as at:
         ended = home.adaptbot("run", "make tea", *live(at, "--no-human"))
@@ -51,8 +47,7 @@ def test_a_run_with_a_model_says_who_plans_and_what_it_used(home: Home) -> None:
     assert first == "make tea · kitchen · openai/planner (from --model)"
     assert "  1 answer · 500 prompt + 60 completion tokens · no cost" in rest
     assert ended.err == ""
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    header, _understood, proposal, *_ = documents(transcript)
+    header, _understood, proposal, *_ = home.documents()
     assert (header["planner"], header["temperature"], header["seed"]) == ("openai/planner", 0, 0)
     assert proposal["tokens"] == {"prompt": 500, "completion": 60} and proposal["cost_usd"] == 0
 
@@ -165,8 +160,7 @@ def test_a_model_that_fails_at_a_re_prompt_loses_nothing(
     assert any(subject.startswith("learn: ") for subject in home.subjects())
     assert "truffle" in (home.workspace / "kg/kitchen/state.ttl").read_text(encoding="utf-8")
     assert told in shown and KEY not in shown
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    assert documents(transcript)[-1]["turn"] == "finished"
+    assert home.documents()[-1]["turn"] == "finished"
     for path in home.workspace.rglob("*"):
         assert not path.is_file() or KEY.encode() not in path.read_bytes(), path
 
@@ -191,18 +185,8 @@ def test_what_was_recorded_live_replays_byte_for_byte(home: Home, tmp_path: Path
             recorder.finished(replay(recorded, workspace, [recorder]))
         assert again.read_bytes() == recorded.read_bytes()
         assert KEY.encode() not in recorded.read_bytes()
-        told = home.python("-c", _MODULES, "replay", str(recorded), *kept[:2])
-        assert told.code == 0 and "litellm" not in told.err.split(), told.err
+        assert "litellm" not in imported(home, "replay", str(recorded), *kept[:2])
 
-
-_MODULES = """
-import sys
-from adaptbot_cli.cli.main import main
-try:
-    main()
-finally:
-    print(*sorted({name.partition(".")[0] for name in sys.modules}), file=sys.stderr)
-"""
 
 _FIRST_LINE = """
 import sys
@@ -253,8 +237,7 @@ def test_ctrl_c_ends_a_stream_at_once_and_keeps_the_answers(home: Home) -> None:
             assert at.left.wait(60), "the connection was not closed"
     assert ended.code == 130, ended
     assert "Traceback" not in ended.err and "interrupted" in ended.err
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    turns = [document.get("turn") for document in documents(transcript)]
+    turns = [document.get("turn") for document in home.documents()]
     assert turns.count("learned") == 2
 
 
@@ -280,7 +263,7 @@ def test_a_run_goes_on_with_the_model_and_the_limits_it_began_with(home: Home) -
     more = ("--no-human", "--seed", "7", "--temperature", "0.5", "--max-tokens", "4000")
     with serving(says(TEA)) as at:
         assert home.adaptbot("run", "make tea", *live(at, *more, "--timeout", "60")).code == 0
-        (path,) = (home.workspace / "transcripts").iterdir()
+        path = home.transcript
         header, _, rest = path.read_text(encoding="utf-8").partition("---\nturn:")
         assert rest
         path.write_text(header, encoding="utf-8")  # killed before the model had answered
@@ -297,7 +280,7 @@ def test_what_the_interrupted_run_has_spent_counts(home: Home) -> None:
     with serving(says(PLAN), says(TEA), says(TEA)) as at:
         run = ("run", "make tea", "--no-human", *live(at, "--max-tokens", "900", "--replans", "0"))
         assert home.adaptbot(*run).code == 3
-        (path,) = (home.workspace / "transcripts").iterdir()
+        path = home.transcript
         parts = path.read_text(encoding="utf-8").replace("replans: 0", "replans: 3").split("---\n")
         path.write_text("---\n".join(parts[:5]), encoding="utf-8")  # killed at the re-prompt
         more = home.adaptbot("resume")
@@ -306,7 +289,7 @@ def test_what_the_interrupted_run_has_spent_counts(home: Home) -> None:
         for other in set(path.parent.iterdir()) - {path}:
             other.unlink()
         assert home.adaptbot("resume", "--max-tokens", "9000").code == 0 and len(at.asked) == 2
-        header = documents(max(path.parent.iterdir()))[0]
+        header = home.documents()[0]
     assert header["max_tokens"] == 9000
 
 
@@ -315,14 +298,13 @@ def test_an_address_with_a_password_is_not_in_the_transcript(home: Home) -> None
         address = at.url.replace("://", "://me:planted-password@")
         run = ("run", "make tea", "--no-human", "--model", "openai/planner", "--api-base", address)
         assert home.adaptbot(*run).code == 0
-    (path,) = (home.workspace / "transcripts").iterdir()
-    text = path.read_text(encoding="utf-8")
+    text = home.transcript.read_text(encoding="utf-8")
     assert "planted-password" not in text and "api_base" not in text
 
 
 def test_a_run_with_the_library_goes_on_with_the_library(home: Home) -> None:
     assert home.adaptbot("run", "make tea", "--model", "library", "--no-human").code == 0
-    (path,) = (home.workspace / "transcripts").iterdir()
+    path = home.transcript
     header, _, _ = path.read_text(encoding="utf-8").partition("---\nturn:")
     path.write_text(header, encoding="utf-8")
     with serving(says(PLAN)) as at:

@@ -136,6 +136,6 @@ def test_a_run_that_only_an_offer_to_change_the_plan_was_put_off_in_waits_for_no
     with serving(says(f'{plan}pour_contents("water", "glass")\nstir_contents("glass")\n')) as at:
         model = ("--model", "openai/planner", "--api-base", at.url, "--replans", "0")
         run = home.adaptbot("run", "lime water", *model, "--requires", "lime,water", "--no-human")
-    (path,) = (home.workspace / "transcripts").glob("*.yaml")
+    path = home.transcript
     assert run.code == 3 and "kind: mend" in path.read_text(encoding="utf-8")
     assert "kitchen (1)" not in home.adaptbot("pending", "--domain", "household").said

@@ -62,8 +62,7 @@ def test_a_plan_that_was_changed_is_kept_comes_first_and_can_be_taken_back(home:
     ended = home.adaptbot("run", "boil an egg")
     assert "the plan that is kept for this task (changed by hand" in ended.said
     assert calls(home, "boiled egg") == usual[:-2]
-    for transcript in sorted((home.workspace / "transcripts").iterdir()):
-        assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
     path = home.workspace / "plans" / "kitchen" / f"{name}.plan"
     path.write_text(path.read_text() + "wait(1)\n")
     assert home.adaptbot("undo", "--yes").code == 4  # it was edited since

@@ -123,7 +123,7 @@ def test_one_bad_transcript_among_good_ones(ended: dict[str, Ended]) -> None:
 
 def test_a_run_without_any_plan_has_ended(home: Home) -> None:
     assert home.adaptbot("run", "make shakshuka", "--no-human").code == 5
-    [path] = (home.workspace / "transcripts").glob("*.yaml")
+    path = home.transcript
     resumed = home.adaptbot("resume")
     assert resumed.code == 2 and "nothing to resume" in resumed.said
     replayed = home.adaptbot("replay", str(path))
@@ -136,7 +136,7 @@ def test_a_replay_makes_no_workspace(ended: dict[str, Ended], used: Home) -> Non
 
 def test_a_run_of_several_tasks_is_recorded_replayed_and_resumed(home: Home) -> None:
     ran = home.adaptbot("run", "make tea and then an omelette", "--no-human", "--json")
-    [path] = (home.workspace / "transcripts").glob("*.yaml")
+    path = home.transcript
     whole = path.read_text(encoding="utf-8")
     assert ran.code == 0 and ran.json()["request"]["tasks"] == ["tea", "omelette"]
     assert home.adaptbot("replay", str(path)).code == 0
@@ -155,6 +155,6 @@ def test_a_run_of_several_tasks_is_recorded_replayed_and_resumed(home: Home) -> 
 
 def test_a_task_of_several_that_fails_replays_as_it_ended(home: Home) -> None:
     ran = home.adaptbot("run", "tea and an omelette without eggs", "--no-human", "--json")
-    [path] = (home.workspace / "transcripts").glob("*.yaml")
+    path = home.transcript
     assert (ran.code, ran.json()["goal"]["met"]) == (3, False)
     assert home.adaptbot("replay", str(path)).code == 0

@@ -56,7 +56,7 @@ def test_what_is_kept_of_a_run_says_which_robot_acted(two: Home) -> None:
     assert two.trailers()["Robot"] == ["robot2"]
     shown = two.adaptbot("kg", "show", "robot2", "--json").json()
     assert shown["states"]["agent_near"] and "obj_in_hand" not in shown["states"]
-    [path] = (two.workspace / "transcripts").glob("*.yaml")
+    path = two.transcript
     assert "\nrobot: robot2\n" in path.read_text("utf-8")
     assert two.adaptbot("replay", str(path)).code == 0
     assert "robot2_arm" in two.adaptbot("progress", str(path), "--json").out
@@ -85,7 +85,7 @@ def test_the_domain_s_own_robot_is_the_default_by_whatever_name(home: Home) -> N
         for key in ("before", "after"):
             record["kg"].pop(key)
         record["usage"].pop("seconds")
-        [path] = (each.workspace / "transcripts").glob("*.yaml")
+        path = each.transcript
         text = path.read_text("utf-8").splitlines()
         kept = [n for n in text if not n.startswith(("graph:", "  revision:", "revision:"))]
         told.append((record, kept, files(each.workspace)))
@@ -118,8 +118,7 @@ def test_what_the_other_holds_is_found_and_can_be_put_right(home: Home) -> None:
         "- egg obj_location robot_arm",
         "- robot obj_in_hand egg",
     ]
-    *_, path = sorted((home.workspace / "transcripts").iterdir())
-    assert home.adaptbot("replay", str(path)).code == 0
+    assert home.replays()
     updated(home, HOLDS)
     assert home.adaptbot("kg", "set", "egg", "place", "fridge", "--yes").code == 0
     assert home.adaptbot("kg", "show", "robot", "--json").json()["states"].keys() == {"agent_near"}

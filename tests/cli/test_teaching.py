@@ -1,16 +1,15 @@
 """An action taught, and a plan changed by hand, in a real terminal of 80 columns."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from tests.cli.attended import CTRL_U, ENTER, Tty, tty
 from tests.cli.command import Home
-from tests.modelserver import scripted_model
+from tests.modelserver import ScriptedModel, scripted_model
 
 SNACK = "make a snack"
 HOW = 'I do not know how to "{}"'
@@ -19,11 +18,14 @@ NOT_AGAIN = ("Shall I keep this plan", "n")
 
 
 @contextmanager
-def snack(home: Home, *more: str, **env: str) -> Iterator[Tty]:
-    """Ask for a task that is not listed, and confirm that it is meant."""
-    with tty(home, "run", SNACK, *more, **env) as opened:
+def snack(home: Home, plans: Sequence[str], *more: str) -> Iterator[tuple[Tty, ScriptedModel]]:
+    """Ask a model that has some plans for a task that is not listed, and confirm it."""
+    with (
+        scripted_model(*plans) as model,
+        tty(home, "run", SNACK, *more, **model.environment()) as opened,
+    ):
         opened.answers(("Do you mean this", "y"))
-        yield opened
+        yield opened, model
 
 
 def runs(opened: Tty) -> bool:
@@ -35,21 +37,8 @@ def plan(*lines: str) -> str:
     return "\n".join(lines)
 
 
-def transcript(home: Home) -> list[Any]:
-    """Return the turns of the newest transcript."""
-    path = max((home.workspace / "transcripts").glob("*.yaml"))
-    _, *turns = yaml.safe_load_all(path.read_text(encoding="utf-8"))
-    return turns
-
-
 def edits(home: Home) -> list[tuple[str, Any]]:
-    return [(t["edit"], t.get("plan")) for t in transcript(home) if t["turn"] == "edit"]
-
-
-def replays(home: Home) -> bool:
-    """Tell whether the newest transcript can be played again."""
-    path = max((home.workspace / "transcripts").glob("*.yaml"))
-    return home.adaptbot("replay", str(path)).code == 0
+    return [(t["edit"], t.get("plan")) for t in home.documents()[1:] if t["turn"] == "edit"]
 
 
 SERVED = ('put_down_obj("{}", "bowl")', 'put_down_rec("bowl", "table")')
@@ -71,10 +60,7 @@ TAUGHT = {
 @pytest.mark.parametrize("domain", TAUGHT)
 def test_a_new_action_is_taught_kept_and_known_from_then_on(home: Home, domain: str) -> None:
     text, dialogue, again = TAUGHT[domain]
-    with (
-        scripted_model(text) as model,
-        snack(home, "--domain", domain, **model.environment()) as opened,
-    ):
+    with snack(home, [text], "--domain", domain) as (opened, _):
         opened.answers(*dialogue, KEEP)
         opened.ends()
     assert "noted: " in opened.screen and "Traceback" not in opened.screen
@@ -85,15 +71,12 @@ def test_a_new_action_is_taught_kept_and_known_from_then_on(home: Home, domain: 
     path = home.write("again.txt", again)
     told = home.adaptbot("check", path, "--domain", domain, "--json").json()
     assert {step["status"] for step in told["steps"]} <= {"ok", "changed", "inserted"}
-    assert replays(home)
+    assert home.replays()
 
 
 def test_a_new_action_is_put_together_from_what_it_changes_and_requires(home: Home) -> None:
     text = plan('glaze("carrot", "pan")', *(line.format("carrot") for line in SERVED))
-    with (
-        scripted_model(text) as model,
-        snack(home, **model.environment()) as opened,
-    ):
+    with snack(home, [text]) as (opened, _):
         opened.answers(
             (HOW.format("glaze"), "y"),
             ("most like", f"none of{ENTER}"),
@@ -111,15 +94,12 @@ def test_a_new_action_is_put_together_from_what_it_changes_and_requires(home: Ho
     assert "INSERT { ?obj ex:IsFried true }" in actions
     assert 'ab:message "{stove} must be switched on"' in actions
     assert 'switch("stove", "on")' in opened.said
-    assert replays(home)
+    assert home.replays()
 
 
 def test_a_known_action_with_a_fixed_argument_is_taught(home: Home) -> None:
     text = plan('activate("stove")', *(line.format("carrot") for line in SERVED))
-    with (
-        scripted_model(text) as model,
-        snack(home, **model.environment()) as opened,
-    ):
+    with snack(home, [text]) as (opened, _):
         opened.answers(
             (HOW.format("activate"), "f"),
             ("Which of these is", f"switch{ENTER}"),
@@ -158,21 +138,15 @@ EDITS: dict[str, tuple[str, list[tuple[str, str]], str]] = {
 @pytest.mark.parametrize("kind", EDITS)
 def test_a_plan_is_changed_instead_of_answering(home: Home, kind: str) -> None:
     text, dialogue, wanted = EDITS[kind]
-    with (
-        scripted_model(text) as model,
-        snack(home, "--replans", "0", **model.environment()) as opened,
-    ):
+    with snack(home, [text], "--replans", "0") as (opened, _):
         opened.answers((HOW.format("fly"), "e"), *dialogue, NOT_AGAIN)
         assert runs(opened)
     assert edits(home) == [(kind, f"{wanted}\n")]
-    assert replays(home)
+    assert home.replays()
 
 
 def test_what_is_no_call_is_said_in_full_at_80_columns(home: Home) -> None:
-    with (
-        scripted_model(STUCK) as model,
-        snack(home, "--replans", "0", **model.environment()) as opened,
-    ):
+    with snack(home, [STUCK], "--replans", "0") as (opened, _):
         opened.answers((HOW.format("fly"), "e"), ("How shall", "r"), ("Replace which", f"1{ENTER}"))
         opened.answers(("Step 1 becomes", f"{CTRL_U}not a call{ENTER}"))
         opened.process.expect_exact("what it acts on in parentheses")
@@ -202,31 +176,22 @@ LOOKED_OVER: dict[str, tuple[list[tuple[str, str]], str]] = {
 @pytest.mark.parametrize("kind", LOOKED_OVER)
 def test_a_plan_is_looked_over_before_its_execution(home: Home, kind: str) -> None:
     dialogue, wanted = LOOKED_OVER[kind]
-    with (
-        scripted_model(CARROT) as model,
-        snack(home, "--edit", **model.environment()) as opened,
-    ):
+    with snack(home, [CARROT], "--edit") as (opened, _):
         opened.answers(*dialogue, ("Shall it change", "l"), NOT_AGAIN)
         assert runs(opened)
     assert edits(home) == [(kind, f"{wanted}\n")]
-    assert replays(home)
+    assert home.replays()
 
 
 def test_a_plan_with_nothing_open_is_executed_without_a_prompt(home: Home) -> None:
-    with (
-        scripted_model(CARROT) as model,
-        snack(home, **model.environment()) as opened,
-    ):
+    with snack(home, [CARROT]) as (opened, _):
         assert runs(opened)
     _, understood, after = opened.said.partition("understood: make a snack")
     assert understood and "?" not in after.replace("?25", "")
 
 
 def test_a_rejected_plan_goes_to_the_model_with_the_reason(home: Home) -> None:
-    with (
-        scripted_model(STUCK, CARROT) as model,
-        snack(home, "--replans", "0", **model.environment()) as opened,
-    ):
+    with snack(home, [STUCK, CARROT], "--replans", "0") as (opened, model):
         opened.answers(
             (HOW.format("fly"), "e"),
             ("How shall", "x"),
@@ -235,7 +200,7 @@ def test_a_rejected_plan_goes_to_the_model_with_the_reason(home: Home) -> None:
         )
         assert runs(opened)
     assert "a person has rejected this plan: no flying in the kitchen" in model.prompts[-1]
-    assert replays(home)
+    assert home.replays()
 
 
 def test_a_plan_of_the_library_which_has_no_other_is_not_there_to_be_rejected(home: Home) -> None:
@@ -246,10 +211,7 @@ def test_a_plan_of_the_library_which_has_no_other_is_not_there_to_be_rejected(ho
 
 
 def test_a_call_that_cannot_be_read_stays_to_be_mended(home: Home, tmp_path: Path) -> None:
-    with (
-        scripted_model(CARROT) as model,
-        snack(home, "--edit", **model.environment()) as opened,
-    ):
+    with snack(home, [CARROT], "--edit") as (opened, _):
         opened.answers(
             ("Shall it change", "r"),
             ("Replace which", f"slice{ENTER}"),

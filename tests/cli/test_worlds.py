@@ -133,8 +133,7 @@ def test_a_home_that_differs_is_learned_and_the_goal_is_met_in_it(home: Home) ->
     assert egg["place"] == "plate" and egg["states"]["IsFried"] is True
     why = home.adaptbot("kg", "why", "egg")
     assert "the robot's step 20" in why.said
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
     (progress,) = (home.adaptbot("progress", "--json").json()["lines"][:1],)
     assert progress[0]["start"] == "fridge"
 
@@ -207,8 +206,7 @@ def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str
         assert "goal met" in ended.said
     acts = [said["act"] for said in heard(home) if "act" in said]
     assert acts == sorted(set(acts)) and acts[0] == 1
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
 
 
 def test_nothing_that_a_process_has_started_is_left_behind_or_waited_for(home: Home) -> None:
@@ -335,8 +333,7 @@ def test_a_process_is_told_which_robot_acts_and_resume_acts_as_it(home: Home) ->
     added = [fact for m in said if "act" in m for fact in m["expects"]["added"]]
     assert ["pot", "mrec_location", "robot2_arm"] in added
     assert not [fact for fact in added if "robot" in fact or "robot_arm" in fact]
-    for transcript in (home.workspace / "transcripts").iterdir():
-        assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
 
 
 def test_a_step_that_is_answered_late_is_told_once_and_counts(home: Home) -> None:
@@ -349,8 +346,7 @@ def test_a_step_that_is_answered_late_is_told_once_and_counts(home: Home) -> Non
     assert acts.count(4) == 1 and 5 not in acts
     calls = [(m["action"], *m["args"]) for m in heard(home) if "act" in m]
     assert len(calls) == len(set(calls)), "a step was told twice"
-    (transcript,) = (home.workspace / "transcripts").iterdir()
-    assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
 
 
 def test_resume_does_not_take_up_a_task_again_that_has_come_to_its_end(home: Home) -> None:
@@ -365,8 +361,7 @@ def test_resume_does_not_take_up_a_task_again_that_has_come_to_its_end(home: Hom
     assert ended.code == 0 and "goal met" in ended.said
     actions = [said["action"] for said in heard(home) if "act" in said]
     assert (actions.count("fry"), actions.count("boil")) == (1, 1)
-    *_, transcript = sorted((home.workspace / "transcripts").iterdir())
-    assert home.adaptbot("replay", str(transcript)).code == 0
+    assert home.replays()
 
 
 def heard_so_far(home: Home) -> list[dict[str, Any]]:

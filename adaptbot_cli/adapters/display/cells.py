@@ -93,9 +93,9 @@ def minute(when: str) -> str:
     return when[:16].replace("T", " ")
 
 
-def noted(mark: Mark, text: str, style: str = "") -> Text:
+def noted(mark: Mark, text: str, style: str = "", longest: int = LONGEST_CELL) -> Text:
     """Return a line that begins with a mark."""
-    return Text.assemble((f"{mark.sign} ", mark.style), cell(text, style))
+    return Text.assemble((f"{mark.sign} ", mark.style), plain_text(text, style, longest))
 
 
 def hanging(line: Text) -> RenderableType:

@@ -1,24 +1,27 @@
 """`adaptbot kg add`, `set`, `retract`, `revert`: teaching and taking back, without a task."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
     AnswersOption,
-    DomainOption,
+    DryRunOption,
     JsonOption,
-    WorkspaceOption,
+    Place,
+    YesOption,
+    agreed,
     console,
-    home_of,
     note,
     print_json,
     terminal,
 )
-from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, agreed, carry_out
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from adaptbot_cli.session.change import KeptFile, ProposedChange
     from adaptbot_cli.session.knowledge import Home
 
@@ -34,14 +37,13 @@ def put(
     value: Annotated[str, typer.Argument(metavar="VALUE", help="yes, no, a place, a number …")],
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Say what is true of a thing, in place of what is known: kg set egg place cabinet."""
     from adaptbot_cli.session import change
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     proposal = change.put(home, name, prop, value)
     change.judge(home, proposal.delta)
     return _with_verdicts(home, proposal, yes, dry_run, json)
@@ -62,14 +64,13 @@ def retract(
     ] = "",
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Take back that something is not here, another name, a fact, or a thing with all its facts."""
     from adaptbot_cli.session import change
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     return _with_verdicts(home, change.retract(home, name, prop, value), yes, dry_run, json)
 
 
@@ -87,9 +88,8 @@ def revert(
     ] = None,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Undo what one commit or one answer taught, with all that follows from it; nothing else.
 
@@ -100,14 +100,56 @@ def revert(
 
     if (revision is None) == (answer is None):
         raise UsageError("say what to undo: a commit REV, or --answer ID; kg log tells both")
-    home = home_of(workspace_dir, domain)
-    if revision is not None and change.is_answer(revision):
-        answer = revision
-    if answer is not None:
-        proposal = change.revert_answer(home, answer)
+    home = place.home()
+    undone = change.revert(home, revision) if revision else change.revert_answer(home, str(answer))
+    return _with_verdicts(home, undone, yes, dry_run, json)
+
+
+def carry_out(
+    home: "Home",
+    proposal: "ProposedChange",
+    *,
+    yes: bool,
+    dry_run: bool = False,
+    json: bool = False,
+    more: "RenderableType | None" = None,
+    told: dict[str, Any] | None = None,
+) -> int:
+    """Show a change, have it agreed to, commit it; return the exit code.
+
+    `more` is shown below the change, `told` is what `--json` tells besides it.
+
+    Raises:
+        UsageError: there is nobody to ask, and --yes was not said.
+        KnowledgeError: the change cannot be made.
+    """
+    from adaptbot_cli.adapters.display.cells import GOOD, WARNING, noted, plain_text
+    from adaptbot_cli.adapters.display.origins import preview
+    from adaptbot_cli.core.changes import as_json
+    from adaptbot_cli.session import change
+
+    out = console(stderr=json)
+    words = home.words.also(proposal.delta.added).also(proposal.delta.removed)
+    if proposal.delta:
+        out.print(preview(proposal.changes, words))
     else:
-        proposal = change.revert(home, str(revision))
-    return _with_verdicts(home, proposal, yes, dry_run, json)
+        out.print(plain_text("nothing would change: it is so already", "dim"))
+    for text in proposal.notes:
+        out.print(noted(WARNING, text))
+    if more is not None:
+        out.print(more)
+    revision = None
+    if proposal.delta and dry_run:
+        change.judge(home, proposal.delta)
+    if proposal.delta and not dry_run:
+        if not (yes or agreed(out, "Commit this?")):
+            out.print(plain_text("nothing was changed", "dim"))
+            return 0
+        revision = change.commit(home, proposal)
+        out.print(noted(GOOD, f"committed as {(revision or '')[:7]}"))
+    if json:
+        print_json({"revision": revision, **as_json(proposal.changes, words), **(told or {})})
+    return 0
 
 
 def _with_verdicts(
@@ -125,7 +167,7 @@ def _with_verdicts(
         dry_run=dry_run,
         json=json,
         more=verdicts(changed),
-        told={"plans": _as_json(changed)},
+        told={"plans": [{"task": t, "before": old, "after": new} for t, old, new in changed]},
     )
 
 
@@ -136,15 +178,14 @@ def undo(
     ] = False,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Take back the last thing that was learned, shown first; again for the one before it."""
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import change
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     if suggestions:
         return _with_verdicts(home, change.suggestions(home), yes, dry_run, json)
     plan = change.last_plan(home)
@@ -157,12 +198,12 @@ def undo(
         raise UsageError(f"{text}; {hint}" if done else text)
     if done:
         note(hint)
-    return revert(latest, None, yes, dry_run, domain, json, workspace_dir)
+    return _with_verdicts(home, change.revert(home, latest), yes, dry_run, json)
 
 
 def _plan_taken_back(home: "Home", plan: "KeptFile", yes: bool, dry_run: bool, json: bool) -> int:
     """Carry out that a kept plan is dropped, or the one before it put back."""
-    from adaptbot_cli.adapters.display.cells import plain_text
+    from adaptbot_cli.adapters.display.cells import GOOD, noted, plain_text
     from adaptbot_cli.session.change import keep_file
 
     name = plan.path.rpartition("/")[2]
@@ -171,14 +212,10 @@ def _plan_taken_back(home: "Home", plan: "KeptFile", yes: bool, dry_run: bool, j
     out.print(plain_text(f"- {text}", "", 1_000))
     if not dry_run and (yes or agreed(out, "Commit this?")):
         revision = keep_file(home, plan, text, "revert")
-        out.print(f"✓ committed as {(revision or '')[:7]}", style="green", markup=False)
+        out.print(noted(GOOD, f"committed as {(revision or '')[:7]}"))
     if json:
         print_json({"revision": revision, "plan": plan.path})
     return 0
-
-
-def _as_json(changed: list[tuple[str, str, str]]) -> list[dict[str, str]]:
-    return [{"task": task, "before": old, "after": new} for task, old, new in changed]
 
 
 def add(
@@ -191,27 +228,24 @@ def add(
     answers: AnswersOption = None,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
-    workspace_dir: WorkspaceOption = None,
+    place: Place = ANYWHERE,
 ) -> None:
     """Teach a thing without a task: what it is, where it is kept, what is true of it.
 
     Of a thing that is known already, what is not known of it yet is asked.
     """
-    from rich.text import Text
-
-    from adaptbot_cli.adapters.display.cells import cell, count
+    from adaptbot_cli.adapters.display.cells import GOOD, count, noted, plain_text
     from adaptbot_cli.session.teaching import teach
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     added = teach(home, name, answers, terminal(), yes, dry_run)
     out = console()
     for lesson in added.lessons:
-        out.print(Text("✓ ", "green") + cell(lesson.sentence))
+        out.print(noted(GOOD, lesson.sentence))
     if added.revision:
         text = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
-        out.print(Text(text, "dim"))
     elif added.lessons:
-        out.print(Text("nothing was changed", "dim"))
+        text = "nothing was changed"
     else:
-        out.print(Text("nothing was learned: there is nothing to ask, or it was left open", "dim"))
+        text = "nothing was learned: there is nothing to ask, or it was left open"
+    out.print(plain_text(text, "dim"))

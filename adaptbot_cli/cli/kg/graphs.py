@@ -1,48 +1,31 @@
 """`adaptbot kg query`, `export`, `import`: the graph for other tools, and graphs of others."""
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
     AtOption,
-    DomainOption,
+    DryRunOption,
     JsonOption,
     KgOption,
-    WorkspaceOption,
+    OutputOption,
+    Place,
+    YesOption,
     console,
-    domain_name,
     escaped,
-    home_of,
     print_json,
-    workspace,
+    write_out,
 )
 from adaptbot_cli.cli.help import output_option
-from adaptbot_cli.cli.kg.asking import DryRunOption, YesOption, carry_out
+from adaptbot_cli.cli.kg.changing import carry_out
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.engine import Answered
     from adaptbot_cli.session.knowledge import Home
-
-
-class Format(StrEnum):
-    """How a graph is written."""
-
-    turtle = "turtle"
-    nt = "nt"
-    json_ld = "json-ld"
-    xml = "xml"
-
-
-class GraphName(StrEnum):
-    """Which of the two graphs."""
-
-    attribute = "attribute"
-    state = "state"
-    merged = "merged"
 
 
 def query(
@@ -52,10 +35,9 @@ def query(
     ] = False,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     kg: KgOption = None,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Ask the graph in SPARQL: SELECT, ASK, CONSTRUCT, DESCRIBE. It is only read.
 
@@ -64,7 +46,7 @@ def query(
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import queries
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     text = _text(sparql)
     if update:
         if kg:
@@ -105,31 +87,26 @@ def _show(answer: "Answered", home: "Home", json: bool) -> None:
 
 
 def export(
-    form: Annotated[Format, output_option("--format", help="How it is written.")] = Format.turtle,
+    form: Annotated[
+        Literal["turtle", "nt", "json-ld", "xml"],
+        output_option("--format", help="How it is written."),
+    ] = "turtle",
     graph: Annotated[
-        GraphName, typer.Option("--graph", help="What things are, how they are now, or both.")
-    ] = GraphName.merged,
-    output: Annotated[
-        Path | None, output_option("-o", "--output", metavar="FILE", help="Where to, not stdout.")
-    ] = None,
+        Literal["attribute", "state", "merged"],
+        typer.Option("--graph", help="What things are, how they are now, or both."),
+    ] = "merged",
+    output: OutputOption = None,
     at: AtOption = None,
-    domain: DomainOption = None,
-    workspace_dir: WorkspaceOption = None,
+    place: Place = ANYWHERE,
 ) -> None:
     """Write the graph for other tools. The same knowledge gives the same bytes."""
-    from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.session.queries import exported
 
-    found = workspace(workspace_dir)
-    data = exported(found, domain_name(domain, found), str(form), str(graph), at)
+    data = exported(place.home(), form, graph, at)
     if output is None:
         typer.echo(data, nl=False)
-        return
-    try:
-        output.write_bytes(data)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise KnowledgeError(f"cannot write {output}: {reason}") from error
+    else:
+        write_out(output, data)
 
 
 def import_(
@@ -139,9 +116,8 @@ def import_(
     ] = False,
     yes: YesOption = False,
     dry_run: DryRunOption = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Take in a graph in this domain's vocabulary: what fits is committed, the rest is told.
 
@@ -151,7 +127,7 @@ def import_(
     from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.session.queries import imported, plain_parcel
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     parcel, proposal = imported(home, files, replace)
     console(stderr=json).print(table(parcel))
     if not parcel.accepted:

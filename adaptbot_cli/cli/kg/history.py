@@ -6,11 +6,10 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
-    DomainOption,
+    ANYWHERE,
     JsonOption,
-    WorkspaceOption,
+    Place,
     console,
-    home_of,
     print_json,
 )
 
@@ -28,9 +27,8 @@ def log(
         int, typer.Option("-n", min=1, metavar="N", help="Show the newest N commits.")
     ] = 20,
     facts: Annotated[bool, typer.Option("--facts", help="Show every fact.")] = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Tell what each commit taught, newest first: by whom, for which task, with which model."""
     from itertools import islice
@@ -40,7 +38,7 @@ def log(
     from adaptbot_cli.adapters.display.origins import log as table
     from adaptbot_cli.session.knowledge import chapters
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     found = list(islice(chapters(home, name), number))
     if json:
         print_json([chapter.as_json(home.words) for chapter in found])
@@ -65,9 +63,8 @@ def diff(
     patch: Annotated[
         bool, typer.Option("--patch", help="Print a SPARQL update for `kg query --update`.")
     ] = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Tell what changed, fact by fact: from A to B, or from A to the files as they are.
 
@@ -82,7 +79,7 @@ def diff(
     from adaptbot_cli.core.changes import as_json, as_update
     from adaptbot_cli.session.knowledge import differences
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     changes, before, after, words = differences(home, a, b)
     if json:
         print_json({"from": before, "to": after, **as_json(changes, words)})
@@ -106,9 +103,8 @@ def why(
     prop: Annotated[
         str, typer.Argument(metavar="[PROPERTY]", help="One property, with all its past.")
     ] = "",
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
     from adaptbot_cli.adapters.display.origins import why as table
@@ -116,7 +112,7 @@ def why(
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import knowledge
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     reply = knowledge.why(home, name, prop)
     known = describing.action_called(home.kg, reply.name)
     action = None if known is None else describing.action(home.kg, known)

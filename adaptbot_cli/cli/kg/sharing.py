@@ -7,12 +7,13 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
+    FINDINGS,
     AnswersOption,
-    DomainOption,
     JsonOption,
+    Place,
     WorkspaceOption,
     console,
-    home_of,
     note,
     note_ignored,
     print_json,
@@ -22,8 +23,6 @@ from adaptbot_cli.cli.common import (
 
 if TYPE_CHECKING:
     from adaptbot_cli.session.exchange import Exchange, Served
-
-STILL_OPEN = 3
 
 
 def sync(
@@ -40,10 +39,10 @@ def sync(
     changed, and `adaptbot pending` lists it (exit 3).
     """
     from adaptbot_cli.errors import Interrupted
-    from adaptbot_cli.session.build import Request, human_of
+    from adaptbot_cli.session.build import human_of
     from adaptbot_cli.session.sync import sync as synced
 
-    human = human_of(Request("", "", answers=answers), terminal())
+    human = human_of(answers, terminal())
     try:
         came = synced(workspace(workspace_dir), remote, human)
     except KeyboardInterrupt:
@@ -63,7 +62,7 @@ def sync(
         )
     else:
         _show(came, remote)
-    return STILL_OPEN if came.open else 0
+    return FINDINGS if came.open else 0
 
 
 def pull(
@@ -74,36 +73,34 @@ def pull(
         ),
     ] = None,
     answers: AnswersOption = None,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Take in what the shared graph on a SPARQL server knows: everything, or what is named."""
-    served = _served(workspace_dir, domain, answers)
+    served = _served(place, answers)
     return _exchanged(served.pull(names or (), everything=not names), json)
 
 
 def push(
     answers: AnswersOption = None,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Send what was learned here to the shared graph, if nothing that it rests on has changed."""
-    return _exchanged(_served(workspace_dir, domain, answers).push(), json)
+    return _exchanged(_served(place, answers).push(), json)
 
 
-def _served(workspace_dir: Path | None, domain: str | None, answers: Path | None) -> "Served":
-    from adaptbot_cli.session.build import Request, human_of
+def _served(place: Place, answers: Path | None) -> "Served":
+    from adaptbot_cli.session.build import human_of
     from adaptbot_cli.session.exchange import Served
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     note_ignored(home.workspace)
-    return Served.needed(home, human_of(Request("", "", answers=answers), terminal()))
+    return Served.needed(home, human_of(answers, terminal()))
 
 
 def _exchanged(came: "Exchange", json: bool) -> int:
-    from adaptbot_cli.adapters.display.cells import cell, count
+    from adaptbot_cli.adapters.display.cells import GOOD, count, noted
 
     for text in came.notes:
         note(f"left out: {text}")
@@ -118,8 +115,8 @@ def _exchanged(came: "Exchange", json: bool) -> int:
     else:
         sizes = [len(delta.added) + len(delta.removed) for delta in (came.came, came.sent)]
         text = f"{count(sizes[0], 'fact')} came, {sizes[1]} sent"
-        console().print(cell(f"✓ {text}" if any(sizes) else "✓ nothing new"))
-    return STILL_OPEN if came.open else 0
+        console().print(noted(GOOD, text if any(sizes) else "nothing new"))
+    return FINDINGS if came.open else 0
 
 
 def plain_question(question: Any) -> dict[str, Any]:
@@ -152,13 +149,11 @@ def show_conflicts(conflicts: Any, command: str) -> None:
 
 
 def _show(came: Any, remote: str) -> None:
-    from rich.text import Text
-
-    from adaptbot_cli.adapters.display.cells import cell
+    from adaptbot_cli.adapters.display.cells import GOOD, noted
 
     out = console()
     for lesson in came.settled:
-        out.print(Text("✓ ", "green") + cell(lesson.sentence))
+        out.print(noted(GOOD, lesson.sentence))
     if came.open:
         show_conflicts(came.open, f"adaptbot kg sync {remote}")
         return
@@ -167,4 +162,4 @@ def _show(came: Any, remote: str) -> None:
     text = text if moved else f"nothing new from {remote}"
     text += f", sent to {remote}" if came.sent else ""
     hint = f"; adaptbot kg diff {came.before[:7]} tells what came" if moved and came.before else ""
-    out.print(Text("✓ ", "green") + cell(f"{text}{hint}"))
+    out.print(noted(GOOD, f"{text}{hint}"))

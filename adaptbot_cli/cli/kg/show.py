@@ -8,15 +8,13 @@ import typer
 
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
+    ANYWHERE,
     AtOption,
-    DomainOption,
     JsonOption,
     KgOption,
-    WorkspaceOption,
+    Place,
     console,
-    domain_name,
     print_json,
-    workspace,
 )
 
 if TYPE_CHECKING:
@@ -39,16 +37,15 @@ def show(
     at: AtOption = None,
     tasks: Annotated[bool, typer.Option("--tasks", help="List the tasks that are known.")] = False,
     actions: Annotated[bool, typer.Option("--actions", help="List the actions.")] = False,
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     kg: KgOption = None,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Show what is known: all of it, one thing, place, class, action or task."""
     from adaptbot_cli.session import sources
 
-    home = workspace(workspace_dir)
-    graph = sources.load(home, domain_name(domain, home), kg or (), at)
+    home = place.home()
+    graph = sources.load(home.workspace, home.domain, kg or (), at)
     if tasks or actions:
         plain, table = _listed(graph, tasks, actions)
     elif name is None:
@@ -135,10 +132,9 @@ def _size(graph: "Kg") -> dict[str, Any]:
 
 
 def stats(
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     kg: KgOption = None,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Count nodes and edges as the paper does, and what there is of each class."""
     from adaptbot_cli.adapters.display import things
@@ -146,8 +142,8 @@ def stats(
     from adaptbot_cli.core.terms import local
     from adaptbot_cli.session import sources
 
-    home = workspace(workspace_dir)
-    graph = sources.load(home, domain_name(domain, home), kg or ())
+    home = place.home()
+    graph = sources.load(home.workspace, home.domain, kg or ())
     record = {
         **_size(graph),
         "classes": {local(kind.iri): count for kind, count in view.counts(graph)},

@@ -5,31 +5,26 @@ from typing import Annotated
 import typer
 
 from adaptbot_cli.cli.common import (
-    DomainOption,
+    ANYWHERE,
+    FINDINGS,
     JsonOption,
     KgOption,
-    WorkspaceOption,
+    Place,
     console,
-    domain_name,
-    home_of,
     print_json,
-    workspace,
 )
-
-FAULTS = 3
 
 
 def status(
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> None:
     """Tell where the knowledge is, its revision, edits not yet committed, runs not ended."""
     from adaptbot_cli.adapters.display.standing import status as table
     from adaptbot_cli.core.changes import as_json
     from adaptbot_cli.session import validation
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     told = validation.status(home)
     words = validation.words_for(home, told.changes) if told.changes else None
     if not json:
@@ -51,56 +46,50 @@ def status(
 
 
 def validate(
-    domain: DomainOption = None,
+    place: Place = ANYWHERE,
     kg: KgOption = None,
     json: JsonOption = False,
-    workspace_dir: WorkspaceOption = None,
 ) -> int:
     """Tell everything that is wrong with the knowledge, where, and what to do; 3 if anything is."""
     from adaptbot_cli.adapters.display.standing import faults as table
     from adaptbot_cli.session.validation import validate as found_faults
 
-    found = workspace(workspace_dir)
-    faults = found_faults(found, domain_name(domain, found), kg or ())
+    home = place.home()
+    faults = found_faults(home.workspace, home.domain, kg or ())
     if json:
         print_json([fault.as_json() for fault in faults])
     else:
         console().print(table(faults))
-    return FAULTS if any(not fault.hint for fault in faults) else 0
+    return FINDINGS if any(not fault.hint for fault in faults) else 0
 
 
 def commit(
     message: Annotated[
         str, typer.Option("-m", "--message", metavar="TEXT", help="What was edited, and why.")
     ] = "",
-    domain: DomainOption = None,
-    workspace_dir: WorkspaceOption = None,
+    place: Place = ANYWHERE,
 ) -> None:
     """Commit what was edited by hand, once it is as sound as what a person teaches."""
-    from rich.text import Text
-
     from adaptbot_cli.errors import UsageError
     from adaptbot_cli.session import change
 
-    home = home_of(workspace_dir, domain)
+    home = place.home()
     if not message.strip():
         raise UsageError('say what was edited: adaptbot kg commit -m "the kettle has moved"')
     revision = change.commit_edits(home, message)
-    if revision is None:
-        console().print(Text("nothing was edited by hand; there is nothing to commit", "dim"))
-    else:
-        console().print(Text("✓ ", "green") + Text(f"committed as {revision[:7]}"))
+    _committed(revision, "nothing was edited by hand; there is nothing to commit")
 
 
-def split(domain: DomainOption = None, workspace_dir: WorkspaceOption = None) -> None:
+def split(place: Place = ANYWHERE) -> None:
     """Divide a large home's files of facts into many, by class or as its domain.ttl says."""
-    from rich.text import Text
-
     from adaptbot_cli.session import change
 
-    home = home_of(workspace_dir, domain)
-    revision = change.split_files(home)
-    if revision is None:
-        console().print(Text("the files are divided so already; there is nothing to do", "dim"))
-    else:
-        console().print(Text("✓ ", "green") + Text(f"committed as {revision[:7]}"))
+    revision = change.split_files(place.home())
+    _committed(revision, "the files are divided so already; there is nothing to do")
+
+
+def _committed(revision: str | None, otherwise: str) -> None:
+    from adaptbot_cli.adapters.display.cells import GOOD, noted, plain_text
+
+    done = revision and noted(GOOD, f"committed as {revision[:7]}")
+    console().print(done or plain_text(otherwise, "dim"))
