@@ -101,13 +101,6 @@ ActTimeoutOption = Annotated[
     float | None,
     world_option(min=0.1, metavar="S", help="Seconds the world may take for one step (60)."),
 ]
-MaxTokensOption = Annotated[
-    int | None,
-    model_option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
-]
-MaxCostOption = Annotated[
-    float | None, model_option(min=0, metavar="USD", help="US dollars in this run.")
-]
 
 FINDINGS = 3
 """The exit code of a command that has found what is not as it should be."""
@@ -137,6 +130,35 @@ class Place:
 
 
 ANYWHERE = Place()
+
+
+@dataclass(frozen=True, slots=True)
+class Consent:
+    """The options of what changes the knowledge: it is shown first, and agreed to."""
+
+    yes: YesOption = False
+    dry_run: DryRunOption = False
+    json: JsonOption = False
+
+
+ASKING = Consent()
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The options that limit what a run may take of a model."""
+
+    timeout: TimeoutOption = None
+    max_tokens: Annotated[
+        int | None,
+        model_option(min=1, metavar="N", help="Tokens, of prompts and answers, in this run."),
+    ] = None
+    max_cost: Annotated[
+        float | None, model_option(min=0, metavar="USD", help="US dollars in this run.")
+    ] = None
+
+
+UNLIMITED = Limits()
 
 
 def workspace(option: Path | None) -> "Workspace":

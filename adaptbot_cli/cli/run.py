@@ -2,6 +2,7 @@
 
 import os
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,16 +12,15 @@ from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     ANYWHERE,
     FINDINGS,
+    UNLIMITED,
     ActTimeoutOption,
     AnswersOption,
     ApiBaseOption,
     JsonOption,
-    MaxCostOption,
-    MaxTokensOption,
+    Limits,
     Place,
     RequiresOption,
     RobotOption,
-    TimeoutOption,
     WithoutOption,
     console,
     domain_name,
@@ -59,9 +59,7 @@ def run(
         model_option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
     ] = None,
     api_base: ApiBaseOption = None,
-    timeout: TimeoutOption = None,
-    max_tokens: MaxTokensOption = None,
-    max_cost: MaxCostOption = None,
+    limits: Limits = UNLIMITED,
     temperature: Annotated[
         float | None, model_option(min=0, max=2, help="How freely the model answers (0).")
     ] = None,
@@ -148,9 +146,7 @@ def run(
         dry_run=dry_run,
         apply=apply,
         record=record,
-        timeout=home.setting("timeout", timeout),
-        max_tokens=home.setting("max_tokens", max_tokens),
-        max_cost=home.setting("max_cost", max_cost),
+        **{name: home.setting(name, said) for name, said in asdict(limits).items()},
         temperature=home.setting("temperature", temperature),
         seed=home.setting("seed", seed),
         full=full,

@@ -1,6 +1,7 @@
 """`adaptbot runs`, `replay`, `progress`, `resume`: what was run here."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,10 +10,9 @@ import typer
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     FINDINGS,
+    UNLIMITED,
     JsonOption,
-    MaxCostOption,
-    MaxTokensOption,
-    TimeoutOption,
+    Limits,
     WorkspaceOption,
     console,
     domain_name,
@@ -283,9 +283,7 @@ def resume(
             autocompletion=completion.runs,
         ),
     ] = "",
-    timeout: TimeoutOption = None,
-    max_tokens: MaxTokensOption = None,
-    max_cost: MaxCostOption = None,
+    given: Limits = UNLIMITED,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:
@@ -316,9 +314,8 @@ def resume(
     task, robot = _text(header, "task"), robot_of(header)
     chosen = opened(screen, home, task, domain, model, base, _ORIGIN, robot)
     limits = {**home.settings, **record} if not own else record
-    given = {"timeout": timeout, "max_tokens": max_tokens, "max_cost": max_cost}
     options = build.recorded(header, own) | {
-        name: limits.get(name) if said is None else said for name, said in given.items()
+        name: limits.get(name) if said is None else said for name, said in asdict(given).items()
     }
     request = build.Request(
         task=task,

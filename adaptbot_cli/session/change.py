@@ -408,18 +408,9 @@ def commit_edits(home: Home, message: str) -> str | None:
 
 def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:
     """Return the tasks whose library plan is judged otherwise after a change: task, old, new."""
-    return verdict_changes(home.kg, after(home, delta), delta, home.workspace.library(home.domain))
-
-
-def verdict_changes(
-    before: Kg, now: Kg, delta: Delta, library: Sequence[Path]
-) -> list[tuple[str, str, str]]:
-    """Return the tasks whose plan is judged otherwise after a change: task, old, new.
-
-    `library` are the folders of the plans, an earlier one before a later one.
-    """
+    before, now = home.kg, after(home, delta)
     found = []
-    for task, plan in _plans(before, library):
+    for task, plan in _plans(before, home.workspace.library(home.domain)):
         if _matters(delta, task, plan, before, now):
             old, new = _verdict(task, plan, before), _verdict(task, plan, now)
             if old != new:

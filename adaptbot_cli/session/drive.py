@@ -2,7 +2,7 @@
 
 import signal
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -147,6 +147,20 @@ def _proposal(turn: Propose, planner: Planner) -> Proposal:
         if turn.attempt == 0:
             raise
         return Proposal(turn.previous, *error.spent, failure=str(error))
+
+
+@dataclass(frozen=True, slots=True)
+class Noting:
+    """An observer that passes each turn on with its reply."""
+
+    note: Callable[[Turn, Any], None]
+
+    def asked(self, turn: Turn) -> None:
+        """Wait for the reply."""
+
+    def replied(self, turn: Turn, reply: object) -> None:
+        """Pass it on."""
+        self.note(turn, reply)
 
 
 class Nowhere:

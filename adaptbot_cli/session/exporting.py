@@ -9,6 +9,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Turn
+from adaptbot_cli.session.drive import Noting
 from adaptbot_cli.session.packs import PDDL_FILES
 from adaptbot_cli.session.replay import check_request, replay
 from adaptbot_cli.session.sources import kg_again
@@ -21,23 +22,6 @@ class Exported:
 
     text: str
     findings: tuple[Finding, ...] = ()
-
-
-class _Rehearsals:
-    """An observer that keeps the last plan of each task, with what it came to in the rehearsal."""
-
-    def __init__(self) -> None:
-        self.plans: dict[object, tuple[Report, Outcome | None]] = {}
-
-    def asked(self, turn: Turn) -> None:
-        """Keep nothing: the reply is not there yet."""
-
-    def replied(self, turn: Turn, reply: object) -> None:
-        """Keep a plan before anything of it is done."""
-        if isinstance(turn, Checked):
-            self.plans.setdefault(turn.report.task, (turn.report, None))
-        elif isinstance(turn, Executed) and not any(step.done for step in turn.report.steps):
-            self.plans[turn.report.task] = turn.report, turn.outcome
 
 
 def export_text(text: str, request: str, workspace: Workspace, kg: Kg, form: str) -> Exported:
@@ -61,9 +45,16 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
     from adaptbot_cli.adapters.transcript.loading import read
 
     kg, _ = kg_again(read(path)[0], path, workspace)
-    kept = _Rehearsals()
-    replay(path, workspace, [kept], kg)
-    return _exported([*kept.plans.values()], workspace, kg, form)
+    plans: dict[object, tuple[Report, Outcome | None]] = {}
+
+    def note(turn: Turn, reply: object) -> None:
+        if isinstance(turn, Checked):
+            plans.setdefault(turn.report.task, (turn.report, None))
+        elif isinstance(turn, Executed) and not any(step.done for step in turn.report.steps):
+            plans[turn.report.task] = turn.report, turn.outcome
+
+    replay(path, workspace, [Noting(note)], kg)
+    return _exported([*plans.values()], workspace, kg, form)
 
 
 def _exported(

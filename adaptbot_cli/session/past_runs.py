@@ -15,6 +15,7 @@ from adaptbot_cli.core.progress import Progress, progress
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
 from adaptbot_cli.errors import ReplayError, UsageError
+from adaptbot_cli.session.drive import Noting
 from adaptbot_cli.session.replay import replay
 from adaptbot_cli.session.sources import kg_again, robot_of
 from adaptbot_cli.workspace import Workspace
@@ -184,24 +185,6 @@ _EDITED = "hand-edited files were not committed before this run: told on the fil
 _CUT = "the transcript ends before the run did: told as far as it goes"
 
 
-class _Last:
-    """An observer that keeps the last plan, and what its execution came to."""
-
-    def __init__(self) -> None:
-        self.report: Report | None = None
-        self.outcome: Outcome | None = None
-
-    def asked(self, turn: Turn) -> None:
-        """Keep nothing: the reply is not there yet."""
-
-    def replied(self, turn: Turn, reply: object) -> None:
-        """Keep a checked plan, and the outcome of it."""
-        if isinstance(turn, Checked):
-            self.report, self.outcome = turn.report, None
-        elif isinstance(turn, Executed):
-            self.report, self.outcome = turn.report, turn.outcome
-
-
 def retrace(path: Path, workspace: Workspace) -> Progress:
     """Replay a transcript and return the ways of its things, as far as an interrupted one tells.
 
@@ -214,18 +197,25 @@ def retrace(path: Path, workspace: Workspace) -> Progress:
     header, turns = read(path)
     # Hand-edited files were no revision; if they are as they were, the replay shows it.
     kg, edited = kg_again(header, path, workspace)
-    last, notes = _Last(), [_EDITED] if edited else []
+    last: list[tuple[Report, Outcome | None]] = []
+    notes = [_EDITED] if edited else []
+
+    def note(turn: Turn, reply: object) -> None:
+        if isinstance(turn, Checked | Executed):
+            last[:] = [(turn.report, turn.outcome if isinstance(turn, Executed) else None)]
+
     try:
-        replay(path, workspace, [last], kg)
+        replay(path, workspace, [Noting(note)], kg)
     except ReplayError:
         if turns and turns[-1]["turn"] == "finished":
             raise
         notes.append(_CUT)
-    if last.report is not None and any(step.done for step in last.report.steps):
-        kg, _ = kg_again(header, path, workspace)  # the state before the robot acted
-    if last.report is None:
+    if not last:
         raise UsageError(f"{path} ended before there was a plan: nothing has a way yet")
-    return replace(progress(last.report, last.outcome, kg), note="; ".join(notes))
+    [(report, outcome)] = last
+    if any(step.done for step in report.steps):
+        kg, _ = kg_again(header, path, workspace)  # the state before the robot acted
+    return replace(progress(report, outcome, kg), note="; ".join(notes))
 
 
 def find_run(workspace: Workspace, name: str | None) -> Path:

@@ -18,7 +18,7 @@ from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
 from adaptbot_cli.resources import root_of
 from adaptbot_cli.session.build import human_of, person, stamp
 from adaptbot_cli.session.change import keeper
-from adaptbot_cli.session.drive import Nowhere, Ports, perform
+from adaptbot_cli.session.drive import Noting, Nowhere, Ports, drive
 from adaptbot_cli.session.knowledge import Home
 
 if TYPE_CHECKING:
@@ -62,10 +62,16 @@ def teach(
     human = _human(answers, prompts, agreed or dry_run)
     store = Nowhere() if dry_run else keeper(home)
     nobody: Any = None
-    ports = Ports(nobody, human, WordNet(), store)
     given: dict[str, dict[str, str]] = {}
+
+    def note(turn: Turn, reply: Any) -> None:
+        if isinstance(turn, Ask) and reply.value not in ("back", STOP.value):
+            question = turn.question
+            given.setdefault(question.about, {})[question.prop or question.kind] = reply.value
+
+    ports = Ports(nobody, human, WordNet(), store, [Noting(note)])
     try:
-        return _drive(name, home, ports, given)
+        return Added(*drive(teach_thing(name, home.kg, parser(home.kg)), ports))
     except (KeyboardInterrupt, KnowledgeError) as stopped:
         kept = _save(home, name, given) if given else None
         again = f"adaptbot kg add {quote(name)} --answers {quote(str(kept))}"
@@ -89,20 +95,6 @@ def _human(answers: Path | None, prompts: "Console | None", agreed: bool) -> Hum
         return terminal
     record, path = read_answers(answers), str(answers)
     return AnswersHuman(record, person(), path, reviewer=terminal.review)
-
-
-def _drive(name: str, home: Home, ports: Any, given: dict[str, dict[str, str]]) -> Added:
-    turns = teach_thing(name, home.kg, parser(home.kg))
-    reply: Any = None
-    while True:
-        try:
-            turn: Turn = turns.send(reply)
-        except StopIteration as stop:
-            return Added(*stop.value)
-        reply = perform(turn, ports)
-        if isinstance(turn, Ask) and reply.value not in ("back", STOP.value):
-            question = turn.question
-            given.setdefault(question.about, {})[question.prop or question.kind] = reply.value
 
 
 def _save(home: Home, name: str, given: dict[str, dict[str, str]]) -> Path | None:

@@ -22,6 +22,17 @@ from tests.cli import forking
 ROOT = Path(__file__).parents[2]
 TRANSCRIPTS = ROOT / "transcripts"
 
+MOVED = (
+    "DELETE {{ ex:{0} ex:obj_location ?x }} INSERT {{ ex:{0} ex:obj_location ex:{1} }}"
+    " WHERE {{ ex:{0} ex:obj_location ?x }}"
+)
+NEW = "INSERT DATA {{ ex:{0} a ex:object ; ex:obj_name '{0}' ; ex:obj_location ex:fridge }}"
+SECOND = (
+    "INSERT DATA { ex:robot2 a ex:agent ; ex:has_hand ex:robot2_arm . "
+    "ex:robot2_arm a ex:hand ; ex:rec_name 'robot2_arm' }"
+)
+"""Updates of the kitchen: a thing is moved, a thing is there, a second robot comes in."""
+
 
 def many() -> None:
     """Run the commands that stdin lists, in this process; write how each of them ended."""

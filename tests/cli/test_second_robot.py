@@ -4,12 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import Home
+from tests.cli.command import SECOND, Home
 
-SECOND = (
-    "INSERT DATA { ex:robot2 a ex:agent ; ex:has_hand ex:robot2_arm . "
-    "ex:robot2_arm a ex:hand ; ex:rec_name 'robot2_arm' }"
-)
 HOLDS = (
     "DELETE { ex:egg ex:obj_location ?x } INSERT { ex:egg ex:obj_location ex:robot_arm . "
     "ex:robot ex:obj_in_hand ex:egg } WHERE { ex:egg ex:obj_location ?x }"

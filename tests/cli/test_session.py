@@ -8,32 +8,20 @@ from tests.cli.command import Home
 
 
 @pytest.mark.parametrize(
-    ("line", "arguments"),
+    ("line", "robot", "arguments"),
     [
-        ("make omelette", ["run", "--domain", "kitchen", "--", "make omelette"]),
-        ("cook the chef's soup", ["run", "--domain", "kitchen", "--", "cook the chef's soup"]),
-        ("show 'cutting board'", ["kg", "show", "cutting board", "--domain", "kitchen"]),
-        ("runs --last 3", ["runs", "--last", "3"]),
-        ("--help me", ["run", "--domain", "kitchen", "--", "--help me"]),
+        ("make omelette", "", ["run", "--domain", "kitchen", "--", "make omelette"]),
+        ("cook the chef's soup", "", ["run", "--domain", "kitchen", "--", "cook the chef's soup"]),
+        ("show 'cutting board'", "", ["kg", "show", "cutting board", "--domain", "kitchen"]),
+        ("runs --last 3", "", ["runs", "--last", "3"]),
+        ("--help me", "", ["run", "--domain", "kitchen", "--", "--help me"]),
+        ("make tea", "r2", ["run", "--domain", "kitchen", "--robot", "r2", "--", "make tea"]),
+        ("plan tea", "r2", ["run", "--dry-run", "tea", "--domain", "kitchen", "--robot", "r2"]),
+        ("show egg", "r2", ["kg", "show", "egg", "--domain", "kitchen"]),
     ],
 )
-def test_a_line_is_a_command_or_else_a_task(line: str, arguments: list[str]) -> None:
-    assert arguments_of(line, "kitchen", frozenset({"runs", "kg"})) == arguments
-
-
-@pytest.mark.parametrize(
-    ("line", "arguments"),
-    [
-        ("make tea", ["run", "--domain", "kitchen", "--robot", "robot2", "--", "make tea"]),
-        (
-            "plan tea",
-            ["run", "--dry-run", "tea", "--domain", "kitchen", "--robot", "robot2"],
-        ),
-        ("show egg", ["kg", "show", "egg", "--domain", "kitchen"]),
-    ],
-)
-def test_a_task_is_for_the_robot_that_acts(line: str, arguments: list[str]) -> None:
-    assert arguments_of(line, "kitchen", frozenset({"runs"}), "robot2") == arguments
+def test_a_line_is_a_command_or_else_a_task(line: str, robot: str, arguments: list[str]) -> None:
+    assert arguments_of(line, "kitchen", frozenset({"runs", "kg"}), robot) == arguments
 
 
 def test_one_thing_after_the_other_and_an_error_ends_only_its_line(home: Home) -> None:

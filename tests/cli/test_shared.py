@@ -24,21 +24,12 @@ from adaptbot_cli.session.knowledge import why
 from adaptbot_cli.session.queries import update
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import begun, ex, item, keeper
-from tests.cli.command import Home
+from tests.cli.command import MOVED, SECOND, Home
 
-MOVED = (
-    "DELETE {{ ex:{0} ex:obj_location ?x }} INSERT {{ ex:{0} ex:obj_location ex:{1} }}"
-    " WHERE {{ ex:{0} ex:obj_location ?x }}"
-)
-SECOND = (
-    "INSERT DATA { ex:robot2 a ex:agent ; ex:has_hand ex:robot2_arm . "
-    "ex:robot2_arm a ex:hand ; ex:rec_name 'robot2_arm' }"
-)
 HELD = (
     "DELETE { ex:egg ex:obj_location ?x } INSERT { ex:egg ex:obj_location ex:robot2_arm . "
     "ex:robot2 ex:obj_in_hand ex:egg } WHERE { ex:egg ex:obj_location ?x }"
 )
-NEW = "INSERT DATA {{ ex:{0} a ex:object ; ex:obj_name '{0}' ; ex:obj_location ex:fridge }}"
 
 
 class _Sparql(BaseHTTPRequestHandler):

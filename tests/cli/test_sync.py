@@ -22,14 +22,9 @@ from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.sync import sync
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import files, keeper, leek
-from tests.cli.command import Home
+from tests.cli.command import MOVED, NEW, Home
 
 pytestmark = pytest.mark.skipif(shutil.which("git") is None, reason="makes repositories with git")
-MOVED = (
-    "DELETE {{ ex:{0} ex:obj_location ?x }} INSERT {{ ex:{0} ex:obj_location ex:{1} }}"
-    " WHERE {{ ex:{0} ex:obj_location ?x }}"
-)
-NEW = "INSERT DATA {{ ex:{0} a ex:object ; ex:obj_name '{0}' ; ex:obj_location ex:fridge }}"
 
 
 def git(folder: Path, *arguments: str) -> str:

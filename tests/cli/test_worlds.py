@@ -10,8 +10,8 @@ import pytest
 from rdflib import Graph, URIRef
 
 from adaptbot_cli.adapters.transcript.memory import Memory
-from tests.cli.attended import CTRL_C, tty
-from tests.cli.command import ROOT, Ended, Home
+from tests.cli.attended import CTRL_C, Tty, tty
+from tests.cli.command import ROOT, SECOND, Ended, Home
 
 WORLD = (ROOT / "examples" / "kitchen.ttl").read_text("utf-8")
 ANSWERS = "pan: {mrec_location: sink}\negg: {obj_location: drawer}\n"
@@ -293,15 +293,20 @@ def test_what_is_said_to_the_process_is_as_the_protocol_has_it(home: Home) -> No
     assert stop == {"stop": "goal met"}
 
 
+def interrupted(home: Home, terminal: Tty) -> None:
+    """Press Ctrl-C while a step is held, let it go on, and see that the run ends."""
+    terminal.process.send(CTRL_C)
+    terminal.process.expect_exact("^C")  # it has come, and is only noted
+    (home.folder / "go on").touch()
+    assert terminal.ends() == 130
+
+
 def test_ctrl_c_stops_after_the_step_at_hand_and_resume_goes_on_from_there(home: Home) -> None:
     run = ["run", "make tea", "--no-human", "--world", command(home, "holds step 4")]
     with tty(home, *run) as terminal:
         terminal.process.expect_exact(" 3 pick_up_obj")
         wait_for(lambda: any(said.get("act") == 4 for said in heard(home)))
-        terminal.process.send(CTRL_C)
-        terminal.process.expect_exact("^C")  # it has come, and is only noted
-        (home.folder / "go on").touch()
-        assert terminal.ends() == 130
+        interrupted(home, terminal)
         assert "stopped; to go on from here: adaptbot resume" in terminal.said
     said = [message["act"] for message in heard(home) if "act" in message]
     assert said == [1, 2, 3, 4]
@@ -313,18 +318,11 @@ def test_ctrl_c_stops_after_the_step_at_hand_and_resume_goes_on_from_there(home:
 
 
 def test_a_process_is_told_which_robot_acts_and_resume_acts_as_it(home: Home) -> None:
-    second = (
-        "INSERT DATA { ex:robot2 a ex:agent ; ex:has_hand ex:robot2_arm . "
-        "ex:robot2_arm a ex:hand ; ex:rec_name 'robot2_arm' }"
-    )
-    assert home.adaptbot("kg", "query", "--update", second, "--yes").code == 0
+    assert home.adaptbot("kg", "query", "--update", SECOND, "--yes").code == 0
     run = ["run", "make tea", "--robot", "robot2", "--world", command(home, "holds step 4")]
     with tty(home, *run, "--no-human") as terminal:
         wait_for(lambda: any(said.get("act") == 4 for said in heard_so_far(home)))
-        terminal.process.send(CTRL_C)
-        terminal.process.expect_exact("^C")
-        (home.folder / "go on").touch()
-        assert terminal.ends() == 130
+        interrupted(home, terminal)
     assert home.trailers()["Robot"] == ["robot2"]
     ended = home.adaptbot("resume")
     assert ended.code == 0 and "kitchen as robot2" in ended.said
@@ -353,10 +351,7 @@ def test_resume_does_not_take_up_a_task_again_that_has_come_to_its_end(home: Hom
     run = ["run", "make an omelette and tea", "--no-human"]
     with tty(home, *run, "--world", command(home, "holds the second step 4")) as terminal:
         wait_for(lambda: [m.get("act") for m in heard_so_far(home)].count(4) == 2)
-        terminal.process.send(CTRL_C)
-        terminal.process.expect_exact("^C")
-        (home.folder / "go on").touch()
-        assert terminal.ends() == 130
+        interrupted(home, terminal)
     ended = home.adaptbot("resume")
     assert ended.code == 0 and "goal met" in ended.said
     actions = [said["action"] for said in heard(home) if "act" in said]

@@ -7,9 +7,10 @@ import typer
 from adaptbot_cli.cli import completion
 from adaptbot_cli.cli.common import (
     ANYWHERE,
+    ASKING,
     AnswersOption,
+    Consent,
     DryRunOption,
-    JsonOption,
     Place,
     YesOption,
     agreed,
@@ -35,10 +36,8 @@ def put(
     ],
     prop: Annotated[str, typer.Argument(metavar="PROPERTY", help="What of it, such as place.")],
     value: Annotated[str, typer.Argument(metavar="VALUE", help="yes, no, a place, a number …")],
-    yes: YesOption = False,
-    dry_run: DryRunOption = False,
     place: Place = ANYWHERE,
-    json: JsonOption = False,
+    consent: Consent = ASKING,
 ) -> int:
     """Say what is true of a thing, in place of what is known: kg set egg place cabinet."""
     from adaptbot_cli.session import change
@@ -46,7 +45,7 @@ def put(
     home = place.home()
     proposal = change.put(home, name, prop, value)
     change.judge(home, proposal.delta)
-    return _with_verdicts(home, proposal, yes, dry_run, json)
+    return _with_verdicts(home, proposal, consent)
 
 
 def retract(
@@ -62,16 +61,14 @@ def retract(
     value: Annotated[
         str, typer.Argument(metavar="[VALUE]", help="Which one, if there are several.")
     ] = "",
-    yes: YesOption = False,
-    dry_run: DryRunOption = False,
     place: Place = ANYWHERE,
-    json: JsonOption = False,
+    consent: Consent = ASKING,
 ) -> int:
     """Take back that something is not here, another name, a fact, or a thing with all its facts."""
     from adaptbot_cli.session import change
 
     home = place.home()
-    return _with_verdicts(home, change.retract(home, name, prop, value), yes, dry_run, json)
+    return _with_verdicts(home, change.retract(home, name, prop, value), consent)
 
 
 def revert(
@@ -86,10 +83,8 @@ def revert(
     answer: Annotated[
         str | None, typer.Option("--answer", metavar="ID", help="One answer; see kg log or why.")
     ] = None,
-    yes: YesOption = False,
-    dry_run: DryRunOption = False,
     place: Place = ANYWHERE,
-    json: JsonOption = False,
+    consent: Consent = ASKING,
 ) -> int:
     """Undo what one commit or one answer taught, with all that follows from it; nothing else.
 
@@ -102,16 +97,13 @@ def revert(
         raise UsageError("say what to undo: a commit REV, or --answer ID; kg log tells both")
     home = place.home()
     undone = change.revert(home, revision) if revision else change.revert_answer(home, str(answer))
-    return _with_verdicts(home, undone, yes, dry_run, json)
+    return _with_verdicts(home, undone, consent)
 
 
 def carry_out(
     home: "Home",
     proposal: "ProposedChange",
-    *,
-    yes: bool,
-    dry_run: bool = False,
-    json: bool = False,
+    consent: Consent,
     more: "RenderableType | None" = None,
     told: dict[str, Any] | None = None,
 ) -> int:
@@ -128,7 +120,7 @@ def carry_out(
     from adaptbot_cli.core.changes import as_json
     from adaptbot_cli.session import change
 
-    out = console(stderr=json)
+    out = console(stderr=consent.json)
     words = home.words.also(proposal.delta.added).also(proposal.delta.removed)
     if proposal.delta:
         out.print(preview(proposal.changes, words))
@@ -139,22 +131,20 @@ def carry_out(
     if more is not None:
         out.print(more)
     revision = None
-    if proposal.delta and dry_run:
+    if proposal.delta and consent.dry_run:
         change.judge(home, proposal.delta)
-    if proposal.delta and not dry_run:
-        if not (yes or agreed(out, "Commit this?")):
+    if proposal.delta and not consent.dry_run:
+        if not (consent.yes or agreed(out, "Commit this?")):
             out.print(plain_text("nothing was changed", "dim"))
             return 0
         revision = change.commit(home, proposal)
         out.print(noted(GOOD, f"committed as {(revision or '')[:7]}"))
-    if json:
+    if consent.json:
         print_json({"revision": revision, **as_json(proposal.changes, words), **(told or {})})
     return 0
 
 
-def _with_verdicts(
-    home: "Home", proposal: "ProposedChange", yes: bool, dry_run: bool, json: bool
-) -> int:
+def _with_verdicts(home: "Home", proposal: "ProposedChange", consent: Consent) -> int:
     """Carry out a change; name the plans that are judged otherwise then."""
     from adaptbot_cli.adapters.display.origins import verdicts
     from adaptbot_cli.session import change
@@ -163,9 +153,7 @@ def _with_verdicts(
     return carry_out(
         home,
         proposal,
-        yes=yes,
-        dry_run=dry_run,
-        json=json,
+        consent,
         more=verdicts(changed),
         told={"plans": [{"task": t, "before": old, "after": new} for t, old, new in changed]},
     )
@@ -176,10 +164,8 @@ def undo(
         bool,
         typer.Option("--suggestions", help="All answers that were taken as they were suggested."),
     ] = False,
-    yes: YesOption = False,
-    dry_run: DryRunOption = False,
     place: Place = ANYWHERE,
-    json: JsonOption = False,
+    consent: Consent = ASKING,
 ) -> int:
     """Take back the last thing that was learned, shown first; again for the one before it."""
     from adaptbot_cli.errors import UsageError
@@ -187,10 +173,10 @@ def undo(
 
     home = place.home()
     if suggestions:
-        return _with_verdicts(home, change.suggestions(home), yes, dry_run, json)
+        return _with_verdicts(home, change.suggestions(home), consent)
     plan = change.last_plan(home)
     if plan is not None:
-        return _plan_taken_back(home, plan, yes, dry_run, json)
+        return _plan_taken_back(home, plan, consent)
     latest, done = change.last_learned(home), change.last_done(home)
     hint = f"what the robot did or saw last is no answer: adaptbot kg revert {(done or '')[:7]}"
     if latest is None:
@@ -198,22 +184,22 @@ def undo(
         raise UsageError(f"{text}; {hint}" if done else text)
     if done:
         note(hint)
-    return _with_verdicts(home, change.revert(home, latest), yes, dry_run, json)
+    return _with_verdicts(home, change.revert(home, latest), consent)
 
 
-def _plan_taken_back(home: "Home", plan: "KeptFile", yes: bool, dry_run: bool, json: bool) -> int:
+def _plan_taken_back(home: "Home", plan: "KeptFile", consent: Consent) -> int:
     """Carry out that a kept plan is dropped, or the one before it put back."""
     from adaptbot_cli.adapters.display.cells import GOOD, noted, plain_text
     from adaptbot_cli.session.change import keep_file
 
     name = plan.path.rpartition("/")[2]
     text = f"drop the kept plan {name}" if plan.content is None else f"put back {name} as it was"
-    out, revision = console(stderr=json), None
+    out, revision = console(stderr=consent.json), None
     out.print(plain_text(f"- {text}", "", 1_000))
-    if not dry_run and (yes or agreed(out, "Commit this?")):
+    if not consent.dry_run and (consent.yes or agreed(out, "Commit this?")):
         revision = keep_file(home, plan, text, "revert")
         out.print(noted(GOOD, f"committed as {(revision or '')[:7]}"))
-    if json:
+    if consent.json:
         print_json({"revision": revision, "plan": plan.path})
     return 0
 

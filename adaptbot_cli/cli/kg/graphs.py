@@ -8,13 +8,12 @@ import typer
 
 from adaptbot_cli.cli.common import (
     ANYWHERE,
+    ASKING,
     AtOption,
-    DryRunOption,
-    JsonOption,
+    Consent,
     KgOption,
     OutputOption,
     Place,
-    YesOption,
     console,
     escaped,
     print_json,
@@ -33,11 +32,9 @@ def query(
     update: Annotated[
         bool, typer.Option("--update", help="Change the graph; the change is shown first.")
     ] = False,
-    yes: YesOption = False,
-    dry_run: DryRunOption = False,
     place: Place = ANYWHERE,
     kg: KgOption = None,
-    json: JsonOption = False,
+    consent: Consent = ASKING,
 ) -> int:
     """Ask the graph in SPARQL: SELECT, ASK, CONSTRUCT, DESCRIBE. It is only read.
 
@@ -51,8 +48,8 @@ def query(
     if update:
         if kg:
             raise UsageError("--update changes the workspace, not the files of --kg")
-        return carry_out(home, queries.update(home, text), yes=yes, dry_run=dry_run, json=json)
-    _show(queries.query(home, text, kg or ()), home, json)
+        return carry_out(home, queries.update(home, text), consent)
+    _show(queries.query(home, text, kg or ()), home, consent.json)
     return 0
 
 
@@ -114,10 +111,8 @@ def import_(
     replace: Annotated[
         bool, typer.Option("--replace", help="Let the files be all that is known.")
     ] = False,
-    yes: YesOption = False,
-    dry_run: DryRunOption = False,
     place: Place = ANYWHERE,
-    json: JsonOption = False,
+    consent: Consent = ASKING,
 ) -> int:
     """Take in a graph in this domain's vocabulary: what fits is committed, the rest is told.
 
@@ -129,8 +124,8 @@ def import_(
 
     home = place.home()
     parcel, proposal = imported(home, files, replace)
-    console(stderr=json).print(table(parcel))
+    console(stderr=consent.json).print(table(parcel))
     if not parcel.accepted:
         names = ", ".join(path.name for path in files)
         raise KnowledgeError(f"nothing of {names} was taken: see why above")
-    return carry_out(home, proposal, yes=yes, dry_run=dry_run, json=json, told=plain_parcel(parcel))
+    return carry_out(home, proposal, consent, told=plain_parcel(parcel))
