@@ -173,10 +173,9 @@ def workspace(option: Path | None) -> "Workspace":
 
 def note(text: str, out: "Console | None" = None) -> None:
     """Print a line that the person should know of, on stderr unless `out` is given."""
-    from rich.text import Text
+    from adaptbot_cli.adapters.display.cells import warn
 
-    out = out or console(stderr=True)
-    out.print(Text(f"! {visible(text)}", "yellow"), soft_wrap=True)
+    warn(out or console(stderr=True), text)
 
 
 def note_ignored(home: "Workspace") -> None:

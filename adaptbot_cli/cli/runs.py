@@ -293,13 +293,14 @@ def resume(
     """
     from rich.text import Text
 
+    from adaptbot_cli.adapters.transcript.loading import header_of
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.session import build, past_runs
     from adaptbot_cli.session.sources import robot_of
 
     home = workspace(workspace_dir)
     path = past_runs.cut_off(home, run)
-    header = past_runs.header_of(path)
+    header = header_of(path)
     domain = domain_name(_text(header, "domain") or None, home)
     screen = console(stderr=json)
     screen.print(Text(visible(f"going on with {path.stem}"), "dim"), soft_wrap=True)

@@ -70,7 +70,8 @@ def _workspace(option: Path | None) -> tuple[Path, bytes, dict[str, object]]:
 
 
 def _transcript(path: Path) -> tuple[Path, bytes, dict[str, object]]:
+    from adaptbot_cli.adapters.transcript.loading import header_of
     from adaptbot_cli.session import past_runs
 
-    header = past_runs.header_of(path)
+    header = header_of(path)
     return path, past_runs.content_of(header), past_runs.guarded(header)

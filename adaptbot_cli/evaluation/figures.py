@@ -241,20 +241,16 @@ def tables(report: Json) -> RenderableType:
     return Group(*parts)
 
 
-def graphs(settings: Json) -> list[str]:
-    """Say on which graphs experiments run, a line for each."""
-    if isinstance(settings["domain"], str):
-        return [_graphs(settings["domain"], settings["kg"], settings["truth"], settings["arms"])]
-    each = zip(settings["domain"], settings["kg"], settings["truth"], strict=True)
-    return [_graphs(domain, base, truth, settings["arms"]) for domain, base, truth in each]
-
-
-def _graphs(domain: str, base: Sequence[str], truth: Sequence[str], arms: Sequence[str]) -> str:
-    text = f"{domain}: trials start from {' + '.join(base)}"
-    if "llm+kg+human" not in arms:
-        return text
-    known = "the same" if truth == base else " + ".join(truth)
-    return f"{text}; the simulated person knows {known}"
+def graphs(settings: Json) -> Iterator[str]:
+    """Give a line for each graph that experiments run on, as their settings have them."""
+    several = isinstance(settings["domain"], list)
+    named = [settings[n] if several else [settings[n]] for n in ("domain", "kg", "truth")]
+    for domain, base, truth in zip(*named, strict=True):
+        text = f"{domain}: trials start from {' + '.join(base)}"
+        if "llm+kg+human" in settings["arms"]:
+            known = "the same" if truth == base else " + ".join(truth)
+            text += f"; the simulated person knows {known}"
+        yield text
 
 
 def _title(group: Json, settings: Json) -> Text:

@@ -26,7 +26,6 @@ from adaptbot_cli.core.robots import acting_as
 from adaptbot_cli.core.run import Plans
 from adaptbot_cli.core.turns import Human, Observer, Planner
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
-from adaptbot_cli.core.visible import visible
 from adaptbot_cli.core.world import STOPPED
 from adaptbot_cli.errors import KnowledgeError, ModelError, WorldError
 from adaptbot_cli.resources import bundled, root_of
@@ -182,6 +181,7 @@ def build(
     Raises:
         UsageError, KnowledgeError, PackError: the domain or the workspace will not do.
     """
+    from adaptbot_cli.adapters.display.cells import warn
     from adaptbot_cli.adapters.display.screen import Screen
     from adaptbot_cli.adapters.planner.choice import choose
     from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans
@@ -213,9 +213,9 @@ def build(
         if start is not None:
             keeper = keeper_of(kg.domain, workspace, planner.name, transcript)
             before = start.revision
-            _show_edits(console, start.edited, kg)
-            for note in (*start.notes, *map("left out: {}".format, broken.values())):
-                console.print(f"! {note}", style="yellow", markup=False, soft_wrap=True)
+            left_out = map("left out: {}".format, broken.values())
+            for text in (*_edits(start.edited, kg), *start.notes, *left_out):
+                warn(console, text)
         elif workspace.has(request.domain):
             before = _head(workspace.root)
         unused: Callable[[], list[str]] = getattr(human, "unused", list)
@@ -266,12 +266,11 @@ def _sharing(
     is fetched."""
     if not os.environ.get("ADAPTBOT_KG_ENDPOINT") and "kg.endpoint" not in workspace.settings:
         return None
+    from adaptbot_cli.adapters.display.cells import warn
     from adaptbot_cli.session.exchange import Served, Sharing
 
-    def tell(text: str) -> None:
-        console.print(f"! {text}", style="yellow", markup=False, soft_wrap=True)
-
-    found = Sharing(Served.needed(Home(workspace, request.domain), human), tell)
+    served = Served.needed(Home(workspace, request.domain), human)
+    found = Sharing(served, partial(warn, console))
     found.fetch(request.task)
     return found
 
@@ -492,12 +491,8 @@ def _head(root: Path) -> str | None:
     return repo.head() if repo is not None else None
 
 
-def _show_edits(console: "Console", edited: Sequence[str], kg: Kg) -> None:
+def _edits(edited: Sequence[str], kg: Kg) -> Iterator[str]:
     if edited:
-        from rich.text import Text
-
-        text = f"! edited by hand and not committed: {', '.join(edited)}; used as they are"
-        console.print(Text(text, "yellow"))
+        yield f"edited by hand and not committed: {', '.join(edited)}; used as they are"
         for fault in faults(kg)[:1]:
-            wrong = f"! {visible(str(fault))}; see adaptbot kg validate --domain {kg.domain.name}"
-            console.print(Text(wrong, "yellow"), soft_wrap=True)
+            yield f"{fault}; see adaptbot kg validate --domain {kg.domain.name}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from adaptbot_cli.adapters.store import files
+from adaptbot_cli.adapters.transcript.loading import read
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report
@@ -42,8 +43,6 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
         ReplayError: it no longer tells the same story.
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
-    from adaptbot_cli.adapters.transcript.loading import read
-
     kg, _ = kg_again(read(path)[0], path, workspace)
     plans: dict[object, tuple[Report, Outcome | None]] = {}
 

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.transcript.loading import LeftOver, left_over, read_cut, unfinished
+from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.pending import Pending, Sitting, Waiting, listed, sitting
@@ -28,8 +30,6 @@ from adaptbot_cli.workspace import Workspace
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from adaptbot_cli.adapters.transcript.loading import LeftOver
-
 
 @dataclass(frozen=True, slots=True)
 class Open:
@@ -45,8 +45,6 @@ class Open:
 
 def find_open(workspace: Workspace, domain: str) -> Open:
     """Find the questions that are open in a domain. Raises UsageError, KnowledgeError."""
-    from adaptbot_cli.adapters.transcript.loading import left_over
-
     runs = left_over(workspace.transcripts, _sittings(workspace))
     words = WordNet()
     found = _open_in(workspace, domain, runs, words)
@@ -54,7 +52,7 @@ def find_open(workspace: Workspace, domain: str) -> Open:
     return replace(found, others=dict(_tasks_waiting(workspace, sorted(others), runs, words)))
 
 
-def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]", words: Lexicon) -> Open:
+def _open_in(workspace: Workspace, domain: str, runs: Sequence[LeftOver], words: Lexicon) -> Open:
     kg = load(workspace, domain)
     here = [run for run in runs if run.domain == domain]
     waiting = []
@@ -69,7 +67,7 @@ def _open_in(workspace: Workspace, domain: str, runs: "Sequence[LeftOver]", word
 
 
 def _tasks_waiting(
-    workspace: Workspace, domains: Sequence[str], runs: "Sequence[LeftOver]", words: Lexicon
+    workspace: Workspace, domains: Sequence[str], runs: Sequence[LeftOver], words: Lexicon
 ) -> Iterator[tuple[str, int]]:
     """How many tasks wait in each of some domains; one that cannot be read tells nothing."""
     for domain in domains:
@@ -122,9 +120,6 @@ def sit_down(
 
 def _remembering(workspace: Workspace, human: Human) -> Human:
     """A human who first gives what the last sitting was told, if that one was cut off."""
-    from adaptbot_cli.adapters.transcript.loading import read_cut, unfinished
-    from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
-
     latest = max(_sittings(workspace).glob("*.yaml"), default=None)
     if latest is None or latest not in unfinished(_sittings(workspace)):
         return human

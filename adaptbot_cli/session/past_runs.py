@@ -9,6 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli import trust
+from adaptbot_cli.adapters.transcript.loading import (
+    glanced,
+    has_end,
+    header_of,
+    read,
+    read_cut,
+    text_of,
+    unfinished,
+)
+from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
+from adaptbot_cli.adapters.transcript.recorder import is_signed
 from adaptbot_cli.core.learning import safe_name
 from adaptbot_cli.core.names import words
 from adaptbot_cli.core.progress import Progress, progress
@@ -60,8 +71,6 @@ class PastRun:
 
 def found_runs(workspace: Workspace, task: str = "", last: int = 20) -> list[PastRun]:
     """Return the newest runs, those of a task if words of it are given; other files are no runs."""
-    from adaptbot_cli.adapters.transcript.loading import glanced
-
     found: list[PastRun] = []
     paths = sorted(workspace.transcripts.glob("*.yaml"), reverse=True)
     short = _short_ids(paths)
@@ -111,8 +120,6 @@ class RunDetails:
 
 def details(workspace: Workspace, path: Path) -> RunDetails:
     """Return what a transcript tells of its run. Raises UsageError: it is none."""
-    from adaptbot_cli.adapters.transcript.loading import read_cut
-
     header, turns = read_cut(path)
     runs = sorted(workspace.transcripts.glob("*.yaml"))
     short = _short_ids(runs).get(path, path.stem)
@@ -192,8 +199,6 @@ def retrace(path: Path, workspace: Workspace) -> Progress:
         UsageError: it is no transcript, or ended before there was a plan.
         ReplayError: a finished one no longer tells the same story.
     """
-    from adaptbot_cli.adapters.transcript.loading import read
-
     header, turns = read(path)
     # Hand-edited files were no revision; if they are as they were, the replay shows it.
     kg, edited = kg_again(header, path, workspace)
@@ -252,8 +257,6 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
     Raises:
         UsageError: there is no such run, there are several, or it has ended.
     """
-    from adaptbot_cli.adapters.transcript.loading import has_end, text_of, unfinished
-
     open_ = unfinished(workspace.transcripts)
     if not name:
         if not open_:
@@ -270,13 +273,6 @@ def _listed(paths: list[Path]) -> str:
     if not paths:
         return "none was cut off"
     return f"cut off: {', '.join(path.stem for path in paths[:5])}"
-
-
-def header_of(path: Path) -> Mapping[str, Any]:
-    """Return a transcript's header. Raises UsageError."""
-    from adaptbot_cli.adapters.transcript import loading
-
-    return loading.header_of(path)
 
 
 def guarded(header: Mapping[str, Any]) -> dict[str, Any]:
@@ -296,9 +292,6 @@ def is_own(path: Path, header: Mapping[str, Any]) -> bool:
 
 def answered(path: Path) -> bool:
     """Tell whether a transcript holds a person's replies."""
-    from adaptbot_cli.adapters.transcript.loading import read_cut
-    from adaptbot_cli.adapters.transcript.recorder import is_signed
-
     return any(map(is_signed, read_cut(path)[1]))
 
 
@@ -316,7 +309,6 @@ def chain(path: Path) -> list[Path]:
 def spent(path: Path) -> "list[Spent]":
     """Return what a run that was cut off has spent on its model, as far as its transcripts tell."""
     from adaptbot_cli.adapters.planner.budget import Spent
-    from adaptbot_cli.adapters.transcript.loading import read_cut
 
     turns = [turn for each in chain(path) for turn in read_cut(each)[1]]
     found = []
@@ -336,9 +328,6 @@ def remembering(
 
     Who has answered in a transcript that is not of this user nobody knows: only its plans count.
     """
-    from adaptbot_cli.adapters.transcript.loading import read_cut
-    from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
-
     memory = Memory()
     for each in chain(path):
         header, turns = read_cut(each)

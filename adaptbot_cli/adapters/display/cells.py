@@ -98,6 +98,11 @@ def noted(mark: Mark, text: str, style: str = "", longest: int = LONGEST_CELL) -
     return Text.assemble((f"{mark.sign} ", mark.style), plain_text(text, style, longest))
 
 
+def warn(console: Console, text: str) -> None:
+    """Print a line that the person should know of, left to the terminal to wrap."""
+    console.print(Text(f"! {visible(text)}", WARNING.style), soft_wrap=True)
+
+
 def hanging(line: Text) -> RenderableType:
     """Return such a line with its continuation set off from its mark."""
     table = Table.grid(padding=(0, 1, 0, 0))
