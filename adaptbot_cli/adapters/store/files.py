@@ -85,7 +85,8 @@ def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
     the folder lies in, no link below it is followed.
 
     Raises:
-        KnowledgeError: the folder or a file cannot be read, or is reached through a link.
+        KnowledgeError: the folder or a file cannot be read, or is reached through a link; they are
+            too many, or one has a name that is no text.
     """
     if root is None:
         with refusing(folder, "read"):
@@ -97,6 +98,8 @@ def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
     for part in (part for part in FOLDERS if part in names(root, path)):
         inside = names(root, f"{path}/{part}")
         found += [f"{part}/{name}" for name in inside if name.endswith(".ttl")]
+    if odd := next((name for name in found if not name.isprintable()), None):
+        raise KnowledgeError(f"{folder} has a file {odd!r}, whose name nobody can read; rename it.")
     if len(found) > MOST:
         raise KnowledgeError(f"{folder} has more than {MOST:,} files; put several into one.")
     held = {name: read(root, f"{path}/{name}") for name in found}

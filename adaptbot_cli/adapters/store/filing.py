@@ -14,6 +14,7 @@ from typing import Any, Final
 import pyoxigraph
 from rdflib.term import Node
 
+from adaptbot_cli.adapters.store.files import MOST
 from adaptbot_cli.adapters.store.reading import FACT_FILES, fact_files
 from adaptbot_cli.adapters.store.turtle import (
     KNOWN_PREFIXES,
@@ -31,6 +32,9 @@ SIZE: Final = 256 * 1024
 """Bytes after which new things go into the next file."""
 
 _PREFIX = re.compile(rb"@prefix ([^\s:<]*): <([^<>\n]*)> \.\n")
+_ENTRY = rb"(?:\A|[\n\r.>])[ \t]*(?:(?:[^\s<>:.]*:|<[^<>\n]*)%b[\s<>#]|[^\s\".>]*\\)"
+"""Where an entry may begin: behind another one or a directive, with the end of its name or with a
+name in which something is escaped."""
 _A_FACT = 60
 """About how many bytes a fact takes in a file."""
 
@@ -49,8 +53,7 @@ class Filing:
         family = self._family(file)
         if len(family) < 2:
             return family or [file]
-        found = [name for name in family if self._has(name, subject)]
-        return found or family  # written otherwise than by this program: any may hold it
+        return [name for name in family if self._has(name, subject)]
 
     def filed(self, file: str, subject: Node, added: Collection[Triple]) -> str:
         """Return the file, `file` or one in its folder, in which a new fact is to stand: that of
@@ -77,7 +80,7 @@ class Filing:
         Comments go with it.
 
         Raises:
-            KnowledgeError: an entry has no name of its own.
+            KnowledgeError: an entry has no name of its own, or the files would be too many.
         """
         found: dict[str, bytes | None] = {}
         for file in FACT_FILES:
@@ -92,6 +95,13 @@ class Filing:
             found |= dict.fromkeys(self._family(file))
             for name, blocks in parts.items():
                 found[name] = heading + "".join(f"\n{block}\n" for block in blocks).encode()
+        many = sum(data is not None for data in found.values())
+        if many > MOST // 2:  # more will come with what is learned
+            raise KnowledgeError(
+                f"{local(self.kg.domain.filed_by)} has so many values that there would be {many:,} "
+                f"files, of which a home has {MOST:,} at most; let ab:filedBy in domain.ttl name a "
+                "property with fewer."
+            )
         return found
 
     def _about(self, file: str) -> Iterator[tuple[Node, list[Any]]]:
@@ -119,10 +129,11 @@ class Filing:
         return found
 
     def _has(self, name: str, subject: Node) -> bool:
-        """Whether a file has an entry of a subject in the writer's form."""
-        data = self.files[name]
-        head = Writer(self._prefixes(name)).term(engine_term(subject)).encode() + b" "
-        return b"\n" + head in data or data.startswith(head)
+        """Whether a file may have an entry of a subject, however that is written."""
+        data, end = self.files[name], re.split("[/#:]", str(subject))[-1].encode()
+        if end not in data and b"\\" not in data:
+            return False
+        return re.search(_ENTRY % re.escape(end), data) is not None
 
     def _prefixes(self, name: str) -> dict[str, str]:
         data = self.files.get(name, b"")
@@ -137,8 +148,8 @@ class Filing:
         return safe_name(local(min(values))) if values else ""  # type: ignore[type-var]
 
     def _next(self, file: str, sort: str) -> str:
-        """The last file of a sort, or a new one if that is full."""
-        if not sort:
+        """The last file of a sort, or a new one if that is full and there may be more files."""
+        if not sort or len(self.files) + len(self._grown) >= MOST:
             return file
         number = 1
         while (name := _named(file, sort, number + 1)) in self.files or name in self._grown:

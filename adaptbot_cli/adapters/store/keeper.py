@@ -400,8 +400,8 @@ def start(
         paths = paths_of(domain, found, repo.folder(f"kg/{domain}", head) if head else ())
         known = repo.blobs(head, paths) if head else {}
         unknown = {path for path in paths if disk.read(root, path) is not None}
-        unknown -= known.keys() | new.keys()
-        if unknown and faults(kg):
+        unknown -= new.keys()
+        if known or (unknown and faults(kg)):
             unknown = set()
         if new or unknown:
             contents = {**new, **{path: disk.read(root, path) for path in unknown}}

@@ -304,3 +304,51 @@ def test_a_linked_folder_of_facts_is_refused(home: Home, tmp_path: Path) -> None
     refused = home.adaptbot("kg", "show", "egg")
     assert refused.code == 4
     assert "link" in refused.said
+
+
+def test_a_thing_with_entries_in_several_files_is_changed_in_each() -> None:
+    for written in (
+        "@prefix e: <http://example.org/> .\n  e:egg e:obj_location e:table .\n",
+        "PREFIX e: <http://example.org/> e:egg\n e:obj_location e:table .\n",
+        "@base <http://example.org/> .\n<egg><obj_location><table>.\n",
+        "<http://example.org/e\\u0067g> <http://example.org/obj_location> <urn:table> .\n",
+    ):
+        held = Held.of(divided() | {"state/mine.ttl": written.encode()}, "kg/kitchen")
+        places = frozenset(held.kg.facts.triples((ex("egg"), ex("obj_location"), None)))
+        assert len(places) == 2
+        changed = held.after(Delta(removed=places))
+        assert changed.keys() == {"state/mine.ttl", "state/object-1.ttl"}
+        assert facts_of(held.files) - facts_of(held.files | changed) == places
+
+
+def test_files_are_not_divided_into_more_than_are_read() -> None:
+    rule = b"    ab:agent ex:robot ;\n"
+    domain = PACK["domain.ttl"].replace(rule, rule + b"    ab:filedBy ex:obj_name ;\n")
+    more = b"".join(b'\nex:t%d rdf:type ex:object ;\n    ex:obj_name "t%d" ;\n.\n' % (n, n)
+                    for n in range(10_001))  # fmt: skip
+    attributes = PACK["attributes.ttl"] + more
+    with pytest.raises(KnowledgeError, match="10,1.. files, of which a home has 20,000 at most"):
+        divided({**PACK, "domain.ttl": domain, "attributes.ttl": attributes})
+
+
+def test_a_new_file_written_by_hand_is_an_edit_by_hand(home: Home) -> None:
+    assert home.adaptbot("kg", "set", "egg", "obj_location", "table", "--yes").code == 0
+    assert home.adaptbot("kg", "split").code == 0
+    state = home.workspace / "kg" / "kitchen" / "state"
+    (state / "object-1.ttl").rename(state / "mine.ttl")
+    assert home.adaptbot("kg", "set", "egg", "obj_location", "fridge", "--yes").code == 0
+    assert home.subjects()[-2:] == ["hand edit: mine.ttl, object-1.ttl", "learn: egg: place fridge"]
+
+
+def test_a_file_whose_name_nobody_can_read_is_refused(home: Home) -> None:
+    assert home.adaptbot("kg", "set", "egg", "obj_location", "table", "--yes").code == 0
+    assert home.adaptbot("kg", "split").code == 0
+    state = home.workspace / "kg" / "kitchen" / "state"
+    for name in (b"\xff.ttl", b"a\x1b[31m.ttl", "a\u202elt.ttl".encode()):
+        odd = state / os.fsdecode(name)
+        odd.write_bytes(b"")
+        for command in (("kg", "show", "egg"), ("kg", "status")):
+            refused = home.adaptbot(*command)
+            assert refused.code == 4
+            assert "rename it" in refused.said
+        odd.unlink()
