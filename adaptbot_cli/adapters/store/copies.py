@@ -11,28 +11,28 @@ import json
 import os
 import shutil
 import sqlite3
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from itertools import count
 from pathlib import Path
 
 import pyoxigraph
 
 from adaptbot_cli import cache
+from adaptbot_cli.adapters.store.domains import program
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.index import NameIndex
 from adaptbot_cli.core.kg import Kg
 
 _MOST = 4
 """How many copies are kept; versions of one home share most of what they hold."""
-_FORM = b"1"
+_FORM = b"2"
 _OLD = 60.0
 """Seconds after which what a process has not opened it never will."""
 
 _GRAPH, _NAMES, _ABOUT = "graph", "names", "about.json"
-_UNUSABLE = (OSError, RuntimeError, ValueError, KeyError, sqlite3.Error)
-_numbers = count()
+_UNUSABLE = (OSError, RuntimeError, ValueError, TypeError, KeyError, sqlite3.Error)
 
 
 def open_copy(
@@ -49,9 +49,11 @@ def open_copy(
         _sweep(folder)
     except OSError:
         return None
-    key = _key(parts)
+    kept = folder / _key(parts)
     with suppress(*_UNUSABLE):
-        return _linked(folder / key, domain, _own(folder))
+        return _linked(kept, domain, _own(folder))
+    with suppress(OSError):  # it is damaged, where it is there
+        _remove(kept)
     own = _own(folder)
     with suppress(OSError, RuntimeError, sqlite3.Error):
         store = pyoxigraph.Store(str(own / _GRAPH))
@@ -60,51 +62,70 @@ def open_copy(
         kg.indexed_in(NameIndex(str(own / _NAMES)))
         kg.size()
         store.optimize()
-        if not kg.strays:  # they are known only to who has read the files
-            keep_copy(kg, parts)
+        keep_copy(kg, parts)
         return kg
     return None
 
 
 def keep_copy(kg: Kg, parts: Mapping[str, bytes]) -> None:
-    """Keep a graph that `open_copy` returned as the copy of its files, as they are now."""
+    """Keep a graph that `open_copy` returned as the copy of its files, as they are now.
+
+    None is kept of one with strays, which are known only to who has read the files.
+    """
+    if kg.strays:
+        return
     with suppress(*_UNUSABLE):
         folder = cache.folder("graphs")
         new, kept = _own(folder), folder / _key(parts)
         kg.engine.backup(str(new / _GRAPH))
         kg.spellings.copy(str(new / _NAMES))
-        (new / _ABOUT).write_text(json.dumps(kg.size()))
+        parts_of_it = [p for p in new.rglob("*") if p.is_file()]
+        sizes = {str(p.relative_to(new)): p.stat().st_size for p in parts_of_it}
+        (new / _ABOUT).write_text(json.dumps({"size": kg.size(), "files": sizes}))
         new.rename(kept)
         there = [p for p in folder.iterdir() if "-" not in p.name]
         for old in sorted(there, key=lambda p: p.stat().st_mtime)[:-_MOST]:
-            shutil.rmtree(old, ignore_errors=True)
+            _remove(old)
+
+
+def _remove(kept: Path) -> None:
+    """Remove a copy at once, as another process may be opening it."""
+    shutil.rmtree(kept.rename(_own(kept.parent)), ignore_errors=True)
 
 
 def _key(parts: Mapping[str, bytes]) -> str:
     named = sorted(parts.items())
-    return cache.key_of([_FORM, *(part for name, data in named for part in (name.encode(), data))])
+    given = (part for name, data in named for part in (os.fsencode(name), data))
+    return cache.key_of([_FORM, program().encode(), *given])
 
 
 def _linked(kept: Path, domain: Domain, own: Path) -> Kg:
     """Open a copy of a copy: what never changes is linked. Raises one of `_UNUSABLE`."""
-    nodes, edges = json.loads((kept / _ABOUT).read_text())
+    about = json.loads((kept / _ABOUT).read_text())
+    nodes, edges = about["size"]
     (own / _GRAPH).mkdir()
-    for part in (kept / _GRAPH).iterdir():
-        if part.suffix == ".sst":
-            (own / _GRAPH / part.name).hardlink_to(part)
-        elif part.name != "LOCK":
-            shutil.copyfile(part, own / _GRAPH / part.name)
-    shutil.copyfile(kept / _NAMES, own / _NAMES)
+    for name, size in about["files"].items():
+        if not name.endswith(".sst") or not _is_link(kept / name, own / name):
+            shutil.copyfile(kept / name, own / name)
+        if (own / name).stat().st_size != size:
+            raise ValueError(f"{name} is not whole")
     os.utime(kept)
     names = NameIndex(str(own / _NAMES))
     return Kg.of_copy(domain, pyoxigraph.Store(str(own / _GRAPH)), names, (nodes, edges))
 
 
+def _is_link(part: Path, new: Path) -> bool:
+    """Link a file; tell whether this disk can."""
+    try:
+        new.hardlink_to(part)
+    except OSError:
+        return False
+    return True
+
+
 def _own(folder: Path) -> Path:
     """A new folder of this process's, which goes when it ends."""
-    own = folder / f"own-{os.getpid()}-{next(_numbers)}"
-    shutil.rmtree(own, ignore_errors=True)  # of a process that was killed
-    own.mkdir(mode=0o700)
+    own = Path(tempfile.mkdtemp(prefix=f"own-{os.getpid()}-", dir=folder))
     atexit.register(shutil.rmtree, own, ignore_errors=True)
     return own
 

@@ -32,7 +32,7 @@ def kept(files: tuple[bytes, ...], read: Callable[[], Read]) -> Read:
 
     Raises what `read` raises: nothing is kept of a pack with faults.
     """
-    key = cache.key_of((_program().encode(), *files))
+    key = cache.key_of((program().encode(), *files))
     data = cache.read(_KIND, key)
     with suppress(ValueError, TypeError, AttributeError, EOFError, pickle.PickleError):
         found: Read = _Values(BytesIO(data or b"")).load()
@@ -44,8 +44,8 @@ def kept(files: tuple[bytes, ...], read: Callable[[], Read]) -> Read:
 
 
 @lru_cache(maxsize=1)
-def _program() -> str:
-    """What tells one version of the code that reads packs from another."""
+def program() -> str:
+    """Return what tells one version of the code that reads packs and homes from another."""
     found = (p for top in core.__path__ for p in sorted(Path(top).rglob("*.py")))
     return "\n".join(f"{p} {p.stat().st_mtime_ns} {p.stat().st_size}" for p in found)
 

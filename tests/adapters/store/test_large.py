@@ -1,5 +1,6 @@
 """Large homes: a graph that is kept on disk, files that are divided; the answers are the same."""
 
+import json
 import os
 import re
 import shutil
@@ -62,7 +63,10 @@ def graph_of(kg: Kg) -> frozenset[Triple]:
 def test_a_large_home_is_read_once_and_known_from_its_copy_then(cache: Path) -> None:
     plain, first = load_kg(PACK, "kg/kitchen"), opened(PACK)
     [copy] = kept(cache)
-    (copy / "about.json").write_text("[7, 8]")  # what no file says, so that its use is seen
+    about = json.loads((copy / "about.json").read_text())
+    (copy / "about.json").write_text(
+        json.dumps(about | {"size": [7, 8]})
+    )  # what no file says, so that its use is seen
     second = opened(PACK)
 
     assert graph_of(first) == graph_of(second) == graph_of(plain)
@@ -121,6 +125,9 @@ def truncated(copy: Path) -> None:
         lambda copy: (copy / "graph" / "CURRENT").write_bytes(b"nonsense"),
         lambda copy: (copy / "names").write_bytes(b"nonsense" * 999),
         lambda copy: (copy / "names").unlink(),
+        lambda copy: (copy / "names").write_bytes(b""),
+        lambda copy: [path.unlink() for path in (copy / "graph").iterdir()],
+        lambda copy: (copy / "about.json").write_text("[]"),
         lambda copy: (copy / "about.json").write_text("{"),
         lambda copy: (copy / "about.json").unlink(),
     ],
@@ -134,7 +141,18 @@ def test_a_damaged_copy_is_made_anew(cache: Path, damage: Callable[[Path], None]
 
     assert graph_of(kg) == graph_of(load_kg(PACK, "kg/kitchen"))
     assert kg.spellings.things(WORD, "egg")
+    about = json.loads((copy / "about.json").read_text())
+    (copy / "about.json").write_text(json.dumps(about | {"size": [7, 8]}))
+    assert opened(PACK).size() == (7, 8)
     assert graph_of(opened(PACK)) == graph_of(kg)
+
+
+def test_of_facts_in_the_wrong_file_no_copy_is_kept(cache: Path) -> None:
+    astray = b"\nex:egg ex:obj_location ex:table .\n"
+    held = Held.of({**PACK, "attributes.ttl": PACK["attributes.ttl"] + astray}, "kg/kitchen", 10)
+    copies.keep_copy(held.kg, parts_of(held.files))
+    assert kept(cache) == []
+    assert opened(held.files).strays == held.kg.strays != frozenset()
 
 
 def test_without_a_place_for_copies_all_works_as_it_does_for_small_homes(
