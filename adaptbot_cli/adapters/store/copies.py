@@ -28,6 +28,8 @@ from adaptbot_cli.core.kg import Kg
 _MOST = 4
 """How many copies are kept; versions of one home share most of what they hold."""
 _FORM = b"2"
+_ROOM = 64 * 1024 * 1024
+"""Bytes free without which no copy is used: what is tried or learned is written to that disk."""
 _OLD = 60.0
 """Seconds after which what a process has not opened it never will."""
 
@@ -47,6 +49,8 @@ def open_copy(
     try:
         folder = cache.folder("graphs")
         _sweep(folder)
+        if shutil.disk_usage(folder).free < _ROOM:
+            return None
     except OSError:
         return None
     kept = folder / _key(parts)
