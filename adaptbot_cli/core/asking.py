@@ -1,6 +1,6 @@
 """What to ask the person next, and what stands on one form (paper, III-C)."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from rdflib import RDF, XSD, URIRef
@@ -232,10 +232,9 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
     text = f'I do not know "{message}". Is there such a thing in this {scene.domain.name}?'
     kinds = [kind.iri for kind in scene.domain.teachable]
     known = sorted(map(scene.kg.name, scene.kg.likest(name, kinds, MOST_SHOWN)))
-    others: Callable[[str], Iterable[str]] = learning.finder(scene.kg, kinds)
     if subject == "action":
         text = f'I do not know how to "{message}". Is it something I can do here?'
-        known, others = list(scene.domain.actions), Names.others
+        known = list(scene.domain.actions)
     by_nearness = nearest(name, known, len(known), floor=0.0)
     return Question(
         "existence",
@@ -244,11 +243,18 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
         "",
         subject,
         _outcomes(name, subject, report, scene),
-        Names.of(dict.fromkeys((*finding.candidates, *by_nearness)), others),
+        _all_or_found(dict.fromkeys((*finding.candidates, *by_nearness)), subject, scene),
         near=finding.candidates,
         alike=_only_spelled_alike(name, finding.candidates, scene),
         context=_source(finding, report),
     )
+
+
+def _all_or_found(shown: Iterable[str], subject: Subject, scene: Scene) -> Names:
+    kinds = [kind.iri for kind in scene.domain.teachable]
+    if subject == "action" or scene.kg.few(kinds, MOST_SHOWN) is not None:
+        return Names(shown)
+    return Names.of(shown, learning.finder(scene.kg, kinds))
 
 
 def _only_spelled_alike(name: str, near: Iterable[str], scene: Scene) -> tuple[str, ...]:

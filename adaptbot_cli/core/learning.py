@@ -128,10 +128,11 @@ def attribute_question(
     known, further = Names(), Names()
     if kind == "place":
         # No new place can be called as something is that is no place.
-        few = kg.few(kg.domain.kinds, MOST_SHOWN) or ()
-        others = (entity for entity in few if not kg.is_a(entity, [prop.range]))
-        known = Names.of(map(kg.name, others), finder(kg, kg.domain.kinds, [prop.range]))
-        further = Names.of((), finder(kg, [prop.range]))
+        few = kg.few(kg.domain.kinds, MOST_SHOWN)
+        known = Names(kg.name(e) for e in few or () if not kg.is_a(e, [prop.range]))
+        if few is None:
+            known = Names.of((), finder(kg, kg.domain.kinds, [prop.range]))
+            further = Names.of((), finder(kg, [prop.range]))
     return Question(
         kind,
         name,

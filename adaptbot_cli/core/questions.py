@@ -56,6 +56,11 @@ class Names(tuple[str, ...]):
         names.others = others
         return names
 
+    @property
+    def more(self) -> bool:
+        """Whether there are names that are only found by what is typed."""
+        return "others" in vars(self)
+
     def __reduce__(self) -> tuple[type["Names"], tuple[tuple[str, ...]]]:
         return Names, (tuple(self),)  # what finds others has a graph, which stays in its process
 

@@ -130,8 +130,13 @@ def _is_link(part: Path, new: Path) -> bool:
 def _own(folder: Path) -> Path:
     """A new folder of this process's, which goes when it ends."""
     own = Path(tempfile.mkdtemp(prefix=f"own-{os.getpid()}-", dir=folder))
-    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    atexit.register(_forget, own, os.getpid())
     return own
+
+
+def _forget(own: Path, process: int) -> None:
+    if os.getpid() == process:  # and no child that has its parent's memory
+        shutil.rmtree(own, ignore_errors=True)
 
 
 def _sweep(folder: Path) -> None:

@@ -45,7 +45,7 @@ class Picker(Menu):
         held.sort(key=lambda label: (label != wanted, not label.startswith(wanted)))
         found = [labels[label] for label in held]
         name, known = normal(self.typed), {normal(choice.label) for choice in self.choices}
-        if name and len(found) < self.MOST:
+        if name and self.others.more and len(found) < self.MOST:
             more = [other for other in self.others.others(name) if normal(other) not in known]
             found += [Choice(m, m) for m in more if wanted in title(m).lower()]
             known.update(map(normal, more))
@@ -56,7 +56,8 @@ class Picker(Menu):
 
     def hint(self, numbered: bool) -> str:
         """Return how many there are to filter, and what else can be given."""
-        size, new = len(self.choices), f", or {self.new}" if self.new else ""
+        size, new = str(len(self.choices)), f", or {self.new}" if self.new else ""
+        size += " and find others" if self.others.more else ""
         if numbered:
             return f"letters: filter {size}{new}; a number: take it"
         return f"type to filter {size}{new}"
