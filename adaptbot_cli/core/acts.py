@@ -191,13 +191,10 @@ def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple
     if error is not None:
         unmet = ()
     elif seen.goal is False and not unmet:
-        unmet = (Finding("E603", f"the world says that the goal is not met{_why(seen)}"),)
+        why = f": {seen.failed}" if seen.failed else ""
+        unmet = (Finding("E603", f"the world says that the goal is not met{why}"),)
     whole = carried_out(acting, report)
     return whole, Outcome(whole.deltas, error, unmet, missing)
-
-
-def _why(seen: Seen) -> str:
-    return f": {seen.failed}" if seen.failed else ""
 
 
 def _error(acting: Acting, report: Report) -> Finding | None:

@@ -164,13 +164,11 @@ class Words:
         """Return a thing's name, a class's label, or the end of an IRI."""
         if node == self.domain.iri:
             return f"this {self.domain.name}"
-        kind = self.domain.kinds.get(node)  # type: ignore[call-overload]
-        return self.names.get(node) or (kind.label if kind else local(node))
+        return self.names.get(node) or self.domain.label(node)
 
     def label(self, predicate: Node) -> str:
         """Return what people call a predicate."""
-        prop = self.domain.properties.get(predicate)  # type: ignore[call-overload]
-        return _TERMS.get(predicate) or (prop.label if prop else local(predicate))
+        return _TERMS.get(predicate) or self.domain.label(predicate)
 
     def value(self, node: Node) -> str:
         """Return a value as people read it: yes, no, a name or a text."""

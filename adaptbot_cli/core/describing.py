@@ -14,7 +14,6 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.request import listed
 from adaptbot_cli.core.terms import FALSE, TRUE, local
 
-_SPACE = re.compile(r"\s+")
 _NAMED = re.compile(r"\{(\w+)\}")
 
 
@@ -55,7 +54,7 @@ def action(kg: Kg, found: Action) -> dict[str, Any]:
                 for needed in found.attributes
             ),
             *(
-                {"holds": _one_line(c.query), "if_not": plainly(c.message)}
+                {"holds": " ".join(c.query.split()), "if_not": plainly(c.message)}
                 for c in found.conditions
             ),
         ],
@@ -70,7 +69,7 @@ def action(kg: Kg, found: Action) -> dict[str, Any]:
 
 
 def _parameter(domain: Domain, parameter: Parameter) -> dict[str, Any]:
-    classes = [domain.kinds[c].label if c in domain.kinds else local(c) for c in parameter.classes]
+    classes = map(domain.label, parameter.classes)
     datatype = [local(parameter.datatype)] if parameter.datatype else []
     return {
         "name": parameter.name,
@@ -88,14 +87,10 @@ def _plain(value: Node) -> Any:
 def _afterwards(found: Action, domain: Domain) -> Iterator[str]:
     """What is different after an action, in words: "obj: sliced", "obj: place to"."""
     names = {parameter.name for parameter in found.parameters}
-    effect = found.effect
+    effect, label = found.effect, domain.label
 
     def called(node: Node) -> str:
         return f"the {local(domain.agent)}" if node == Variable("agent") else str(_plain(node))
-
-    def label(predicate: Node) -> str:
-        prop = domain.properties.get(predicate)  # type: ignore[call-overload]
-        return prop.label if prop else local(predicate)
 
     new = {(s, p) for s, p, _ in effect.inserts} if effect else set()
     for s, p, value in effect.inserts if effect else ():
@@ -112,18 +107,12 @@ def _afterwards(found: Action, domain: Domain) -> Iterator[str]:
 
 
 def _template(triple: tuple[Node, Node, Node]) -> str:
-    return " ".join(
-        f"?{node}" if type(node).__name__ == "Variable" else local(node) for node in triple
-    )
+    return " ".join(f"?{node}" if isinstance(node, Variable) else local(node) for node in triple)
 
 
 def plainly(message: str) -> str:
     """Return a message of the domain with its parameters by name, where none has a value."""
     return _NAMED.sub(r"\1", message)
-
-
-def _one_line(query: str) -> str:
-    return _SPACE.sub(" ", query).strip()
 
 
 def task(found: Task, domain: Domain) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from adaptbot_cli.core.amending import amended, unsolved
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson, alias, attribute_question
 from adaptbot_cli.core.names import nearest, normal, sentence_list
-from adaptbot_cli.core.plan import KeptPlan, Task
+from adaptbot_cli.core.plan import KeptPlan
 from adaptbot_cli.core.questions import (
     EDIT,
     KNOWN,
@@ -433,9 +433,6 @@ def judged(run: Run) -> Generator[Turn, Any, None]:
         teach.take(lesson, run.scene)
         run.lessons.append(lesson)
         yield Learned(lesson)
-        run.task = run.scene.task = judged_as(task, other)
-
-
-def judged_as(task: Task, other: Task) -> Task:
-    """Return a task with the goals of a class of tasks."""
-    return replace(task, goals=other.goals, iri=other.iri, judged_by=other.name, thin=False)
+        run.task = run.scene.task = replace(
+            task, goals=other.goals, iri=other.iri, judged_by=other.name, thin=False
+        )

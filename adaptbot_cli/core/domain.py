@@ -8,7 +8,7 @@ from rdflib import RDF, URIRef, Variable
 from rdflib.term import Node
 
 from adaptbot_cli.core.plan import Constraint, Goal, Task
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import Triple, local
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,6 +243,11 @@ class Domain:
         """The classes of what things can be in or on: the ranges of the location properties."""
         known = (self.properties[iri] for iri in self.locations if iri in self.properties)
         return frozenset(prop.range for prop in known)
+
+    def label(self, iri: Node) -> str:
+        """Return what people call a class or property: its label, or the end of its IRI."""
+        known = self.kinds.get(iri) or self.properties.get(iri)  # type: ignore[call-overload]
+        return known.label if known is not None and known.label else local(iri)
 
     def name_properties(self) -> tuple[URIRef, ...]:
         """The predicates that give things their names."""

@@ -140,20 +140,7 @@ OCCASIONS = _words("""
 NUMBERS = {
     word: number
     for number, word in enumerate(
-        [
-            "one",
-            "two",
-            "three",
-            "four",
-            "five",
-            "six",
-            "seven",
-            "eight",
-            "nine",
-            "ten",
-            "eleven",
-            "twelve",
-        ],
+        "one two three four five six seven eight nine ten eleven twelve".split(),  # noqa: SIM905
         start=1,
     )
 } | {"dozen": 12, "couple": 2, "pair": 2, "twice": 2, "double": 2, "thrice": 3}

@@ -16,7 +16,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain, Property
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.lint import misnamed
-from adaptbot_cli.core.names import a, nearest, sentence_list
+from adaptbot_cli.core.names import a, nearest_remedy, sentence_list
 from adaptbot_cli.core.robots import hand_faults
 from adaptbot_cli.core.terms import (
     AB,
@@ -291,18 +291,18 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
         return
     if predicate == RDF.type:
         if value not in kg.domain.kinds:
-            remedy = _instead(local(value), map(local, kg.domain.kinds), "declare it there")
+            remedy = nearest_remedy(local(value), map(local, kg.domain.kinds), "declare it there")
             yield f"{local(value)} is no class of domain.ttl", remedy
         return
     prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
     if prop is None:
         known = map(local, kg.domain.properties)
-        remedy = _instead(local(predicate), known, "declare it there as an rdf:Property")
+        remedy = nearest_remedy(local(predicate), known, "declare it there as an rdf:Property")
         yield f"{local(predicate)} is not declared in domain.ttl", remedy
         return
     unclear = prop.domain not in kg.domain.kinds or _of_no_class(kg, subject)
     if prop.domain and not unclear and not kg.is_a(subject, [prop.domain]):
-        wanted, found = a(_label(kg, prop.domain)), a(kg.kind_label(subject))
+        wanted, found = a(kg.domain.label(prop.domain)), a(kg.kind_label(subject))
         text = f"{_called(prop)} is for {wanted}, not {found}"
         yield text, "take it away, or correct the class"
     yield from _range(kg, prop, value)
@@ -314,19 +314,10 @@ def _of_no_class(kg: Kg, thing: Node) -> bool:
     return any(kind not in kg.domain.kinds for kind in kg.facts.objects(thing, RDF.type))
 
 
-def _instead(name: str, known: Iterable[str], otherwise: str) -> str:
-    near = nearest(name, sorted(set(known)), 1)
-    return f"the nearest there is {near[0]}" if near else otherwise
-
-
 def _called(prop: Property) -> str:
     """A property in words that people use, and by its name in the files."""
     short = local(prop.iri)
     return short if prop.label == short else f"{prop.label} ({short})"
-
-
-def _label(kg: Kg, iri: URIRef) -> str:
-    return kg.domain.kinds[iri].label if iri in kg.domain.kinds else local(iri)
 
 
 def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
@@ -343,10 +334,10 @@ def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
         return
     elif not isinstance(value, URIRef) or not kg.classes(value):
         known = kg.alike(local(value), [prop.range])
-        remedy = _instead(local(value), known, "declare it in attributes.ttl")
+        remedy = nearest_remedy(local(value), known, "declare it in attributes.ttl")
         yield f"{short} is {local(value)}, which is nothing known", remedy
     elif not kg.is_a(value, [prop.range]):
-        wanted = a(_label(kg, prop.range))
+        wanted = a(kg.domain.label(prop.range))
         yield f"{short} must be {wanted}, {kg.name(value)} is not", f"name {wanted}"
 
 

@@ -11,7 +11,7 @@ from rdflib import OWL, RDF, RDFS, XSD, URIRef
 
 from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.names import misspelt, nearest, normal, sentence_list
+from adaptbot_cli.core.names import misspelt, nearest_remedy, normal, sentence_list
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.sparql import mentions
 from adaptbot_cli.core.terms import AB, DATATYPES, FALSE, TRUE, local
@@ -140,8 +140,7 @@ def _query(kg: Kg, where: str, query: str, what: str, *, things: bool = True) ->
 
 
 def _remedy(iri: URIRef, known: Iterable[URIRef], otherwise: str) -> str:
-    near = nearest(local(iri), sorted({local(one) for one in known}), 1)
-    return f"the nearest there is {near[0]}" if near else otherwise
+    return nearest_remedy(local(iri), map(local, known), otherwise)
 
 
 @lru_cache(maxsize=1024)

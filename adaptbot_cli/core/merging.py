@@ -203,9 +203,4 @@ def _origin_text(facts: Facts, conflict: Conflict, kg: Kg) -> str:
     kinds = [value for s, p, value in sorted(facts) if s == conflict.about and p == RDF.type]
     if not kinds:
         return "it is not here"
-    return f"it is {' and '.join(a(_label(kind, kg)) for kind in kinds)}"
-
-
-def _label(kind: Node, kg: Kg) -> str:
-    found = kg.domain.kinds.get(kind)  # type: ignore[call-overload]
-    return found.label if found else local(kind)
+    return f"it is {' and '.join(a(kg.domain.label(kind)) for kind in kinds)}"

@@ -83,6 +83,12 @@ def nearest(name: str, known: Iterable[str], limit: int = 5, floor: float = 0.6)
     return [other for _, other in good[:limit]]
 
 
+def nearest_remedy(name: str, known: Iterable[str], otherwise: str) -> str:
+    """Return the remedy for a name that is not there: the nearest one, `otherwise` if none is."""
+    near = nearest(name, set(known), 1)
+    return f"the nearest there is {near[0]}" if near else otherwise
+
+
 def misspelt(name: str, known: Iterable[str], floor: float) -> str:
     """Return the known name that is spelt most like `name`, "" if none is; ties by name.
 

@@ -12,7 +12,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.report import Bound, Outcome, Report
-from adaptbot_cli.core.terms import Triple, local
+from adaptbot_cli.core.terms import Triple
 
 Kind = Literal["place", "state", "with", "gained", "lost", "carried", "used"]
 
@@ -209,9 +209,7 @@ class _Trace:
                 self._add(inside, Event(number, "state", tuple(lines), self.kg.name(thing)))
 
     def _state(self, triple: Triple) -> str:
-        prop = self.kg.domain.properties.get(triple[1])  # type: ignore[call-overload]
-        label = prop.label if prop is not None else local(triple[1])
-        value = triple[2]
+        label, value = self.kg.domain.label(triple[1]), triple[2]
         if isinstance(value, Value) and isinstance(value.value, bool):
             return label if value.value else f"no longer {label}"
         return f"{label}: {self.kg.name(value) if isinstance(value, URIRef) else value}"

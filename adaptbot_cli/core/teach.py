@@ -15,7 +15,7 @@ from adaptbot_cli.core.asking import (
     unknown_action,
 )
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.domain import Kind
+from adaptbot_cli.core.domain import Action, Kind
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
@@ -146,9 +146,24 @@ def take(lesson: Lesson, scene: Scene) -> None:
         scene.instead.add(lesson.question.about)
     if lesson.action is None:
         scene.kg.learn(lesson.delta)
-        return
-    actions = {**scene.domain.actions, lesson.action.name: lesson.action}
-    scene.kg.domain = replace(scene.domain, actions=actions)
+    else:
+        _put(lesson.action.name, lesson.action, scene)
+
+
+def forget(lesson: Lesson, scene: Scene) -> None:
+    """Take a lesson back: what it added goes, what it replaced returns."""
+    if lesson.once:
+        scene.instead.discard(lesson.question.about)
+    if lesson.action is None:
+        scene.kg.learn(lesson.delta.inverse)
+    else:
+        _put(lesson.action.name, lesson.replaces, scene)
+
+
+def _put(name: str, action: Action | None, scene: Scene) -> None:
+    actions = {**scene.domain.actions, name: action}
+    known = {name: action for name, action in actions.items() if action is not None}
+    scene.kg.domain = replace(scene.domain, actions=known)
 
 
 def resting_on(keys: Iterable[Key], lessons: Sequence[Lesson]) -> set[Key]:
@@ -159,47 +174,20 @@ def resting_on(keys: Iterable[Key], lessons: Sequence[Lesson]) -> set[Key]:
     """
     gone = set(keys)
     while True:
+        out = [lesson for lesson in lessons if lesson.question.key in gone]
         placed = {
-            fact[0]
-            for lesson in lessons
-            if lesson.question.key in gone and lesson.question.kind == "place"
-            for fact in lesson.delta.added
+            s for each in out if each.question.kind == "place" for s, _, _ in each.delta.added
         }
-        taught = {
-            fact[0]
-            for lesson in lessons
-            if lesson.question.key in gone
-            for fact in lesson.delta.added
-            if fact[1] == RDF.type
-        }
+        taught = {s for each in out for s, p, _ in each.delta.added if p == RDF.type}
         resting = {
             lesson.question.key
             for lesson in lessons
-            if any(
-                taught.intersection(fact) or _is_about(fact, placed) for fact in lesson.delta.added
-            )
+            for fact in lesson.delta.added
+            if taught.intersection(fact) or (fact[1] == RDF.type and fact[0] in placed)
         }
         if resting <= gone:
             return gone
         gone |= resting
-
-
-def _is_about(fact: Triple, things: set[Node]) -> bool:
-    """Tell whether a fact says that there is one of some things."""
-    return fact[1] == RDF.type and fact[0] in things
-
-
-def forget(lesson: Lesson, scene: Scene) -> None:
-    """Take a lesson back: what it added goes, what it replaced returns."""
-    if lesson.once:
-        scene.instead.discard(lesson.question.about)
-    if lesson.action is None:
-        scene.kg.learn(Delta(removed=lesson.delta.added, added=lesson.delta.removed))
-        return
-    actions = {n: a for n, a in scene.domain.actions.items() if n != lesson.action.name}
-    if lesson.replaces is not None:
-        actions = {**scene.domain.actions, lesson.replaces.name: lesson.replaces}
-    scene.kg.domain = replace(scene.domain, actions=actions)
 
 
 def contradicted(lesson: Lesson, scene: Scene) -> tuple[Triple, ...]:
@@ -220,23 +208,22 @@ def contradicted(lesson: Lesson, scene: Scene) -> tuple[Triple, ...]:
 def doubted(question: Question, scene: Scene) -> tuple[Triple, ...]:
     """Return the known facts that say what a question about an attribute asks all the same, or that
     another robot holds what a place is asked of."""
-    props = [p for p in scene.domain.properties.values() if local(p.iri) == question.prop]
+    prop = property_called(question.prop, scene)
     if question.kind == "place":
         things = scene.kg.find(question.about)[:1]
         return tuple(fact for fact in held_by_others(scene.kg) if fact[2] in things)
-    if question.kind != "attribute" or not props:
+    if question.kind != "attribute" or prop is None:
         return ()
-    implying = {(i.prop, i.equals) for i in props[0].implied}
+    implying = {(i.prop, i.equals) for i in prop.implied}
     found = (fact for entity in scene.kg.find(question.about)
              for fact in scene.kg.facts.triples((entity, None, None)))  # fmt: skip
-    return tuple(f for f in found if f[1] == props[0].iri or (f[1], f[2]) in implying)
+    return tuple(f for f in found if f[1] == prop.iri or (f[1], f[2]) in implying)
 
 
 def is_so(question: Question, scene: Scene) -> bool:
     """Tell whether it is known, or follows, that a yes is the answer to a question."""
-    props = [p for p in scene.domain.properties.values() if local(p.iri) == question.prop]
-    things = scene.kg.find(question.about)
-    return any(TRUE in known_values(scene.kg, e, p.iri) for e in things[:1] for p in props)
+    prop, things = property_called(question.prop, scene), scene.kg.find(question.about)[:1]
+    return prop is not None and any(TRUE in known_values(scene.kg, e, prop.iri) for e in things)
 
 
 def _excluded_by(fact: Triple, scene: Scene) -> list[Triple]:
@@ -332,12 +319,10 @@ def in_words(fact: Triple, kg: Kg) -> str:
     subject, predicate, value = fact
     if predicate in (AB.absentItem, AB.absentAction):
         return f"there is no {str(value).replace('_', ' ')} here"
-    prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
-    label = prop.label if prop else local(predicate)
     words: dict[Node, str] = {TRUE: "yes", FALSE: "no"}
     shown = words.get(value) or (kg.name(value) if isinstance(value, URIRef) else str(value))
-    name = kg.name(subject)
-    return f"{name.replace('_', ' ')}: {label} {shown.replace('_', ' ')}"
+    name, label = kg.name(subject).replace("_", " "), kg.domain.label(predicate)
+    return f"{name}: {label} {shown.replace('_', ' ')}"
 
 
 def short(fact: Triple) -> str:

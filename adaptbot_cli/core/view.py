@@ -53,12 +53,11 @@ def thing(kg: Kg, entity: URIRef) -> Thing:
     kinds = sorted(local(iri) for iri in kg.facts.objects(entity, RDF.type))
     facts: dict[URIRef, dict[str, Any]] = {}
     place = ""
-    locations = _locations(kg)
     for _, predicate, value in sorted(kg.facts.triples((entity, None, None))):
         prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
         if prop is None or predicate in kg.named_by:
             continue
-        if predicate in locations:
+        if predicate in kg.domain.locations:
             place = kg.name(value)
         facts.setdefault(kg.home_of(predicate), {})[local(predicate)] = _plain(kg, value)
     states = facts.get(STATES, {})
@@ -83,14 +82,9 @@ def _plain(kg: Kg, value: Node) -> Any:
     return kg.name(value)
 
 
-def _locations(kg: Kg) -> frozenset[URIRef]:
-    found = (kind.location_property for kind in kg.domain.kinds.values())
-    return frozenset(iri for iri in found if iri is not None)
-
-
 def contents(kg: Kg, place: URIRef) -> list[URIRef]:
     """Return the things that are in or on a place, sorted."""
-    found = {s for prop in _locations(kg) for s in kg.facts.subjects(prop, place)}
+    found = {s for prop in kg.domain.locations for s in kg.facts.subjects(prop, place)}
     return sorted(s for s in found if isinstance(s, URIRef))
 
 

@@ -28,9 +28,5 @@ def _shown(char: str) -> str:
         return chr(_PICTURES + ord(char))
     if char == "\x7f":
         return "\u2421"
-    return char if _is_private_or_new(char) else _NO_PICTURE
-
-
-def _is_private_or_new(char: str) -> bool:
-    """Tell whether a font may know a character that this Python's Unicode tables do not."""
-    return unicodedata.category(char) in ("Co", "Cn")
+    # A font may know what is private, or newer than this Python's Unicode tables.
+    return char if unicodedata.category(char) in ("Co", "Cn") else _NO_PICTURE

@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from typing import Any
 
 from rdflib import Literal, URIRef, Variable
 from rdflib.term import Node
@@ -197,12 +196,7 @@ def sentences(surprise: Delta, kg: Kg, about: Collection[Node] = ()) -> list[str
             continue
         old = before.pop((subject, predicate), None)
         instead = f", not {kg.name(old)}" if old is not None else ""
-        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} {kg.name(value)}{instead}")
+        found.append(f"{kg.name(subject)}: {kg.domain.label(predicate)} {kg.name(value)}{instead}")
     for (subject, predicate), value in before.items():
-        found.append(f"{kg.name(subject)}: {_label(predicate, kg)} is not {kg.name(value)}")
+        found.append(f"{kg.name(subject)}: {kg.domain.label(predicate)} is not {kg.name(value)}")
     return found
-
-
-def _label(predicate: Any, kg: Kg) -> str:
-    prop = kg.domain.properties.get(predicate)
-    return prop.label if prop is not None and prop.label else local(predicate)

@@ -17,7 +17,7 @@ from adaptbot_cli.core.domain import (
     Parameter,
     Property,
 )
-from adaptbot_cli.core.names import a, misspelt, nearest, sentence_list
+from adaptbot_cli.core.names import a, misspelt, nearest, nearest_remedy, sentence_list
 from adaptbot_cli.core.pack.entry import (
     NOTHING,
     EntryReader,
@@ -394,8 +394,7 @@ def _check_action(
 
 
 def _declare(iri: URIRef, declared: Collection[URIRef]) -> str:
-    near = nearest(local(iri), sorted(local(known) for known in declared), 1)
-    return f"the nearest there is {near[0]}" if near else "declare it there as an rdf:Property"
+    return nearest_remedy(local(iri), map(local, declared), "declare it there as an rdf:Property")
 
 
 def _check_names(found: Collection[EntryReader], actions: Mapping[str, Action]) -> None:

@@ -157,8 +157,8 @@ def _excluded(call: Call, bound: Bound, scene: Scene) -> Iterator[Finding]:
         if why:
             yield Finding("E505", why, name)
         elif (prop := doubtful(value, scene.task, scene.kg)) is not None:
-            label = scene.domain.properties[prop].label if prop in scene.domain.properties else ""
-            message = f"it is not known whether {name} is {label or local(prop)}, which is excluded"
+            label = scene.domain.label(prop)
+            message = f"it is not known whether {name} is {label}, which is excluded"
             yield Finding("E301", message, name, prop=local(prop))
 
 
@@ -318,8 +318,7 @@ def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg)
     if values:
         message = sentence(need.message, bound, kg)
         return Finding("E302", message, kg.name(entity), prop=local(need.prop))
-    label = kg.domain.properties[need.prop].label if need.prop in kg.domain.properties else ""
-    message = f"it is not known whether {kg.name(entity)} is {label or local(need.prop)}"
+    message = f"it is not known whether {kg.name(entity)} is {kg.domain.label(need.prop)}"
     return Finding("E301", message, kg.name(entity), prop=local(need.prop))
 
 

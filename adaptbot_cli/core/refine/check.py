@@ -86,8 +86,8 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     absent = _unused(walk.bounds, parsed, scene)
     seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
-    asked = _of_the_request(scene)
-    findings = (*asked, *parsed.findings, *_once(walk.findings), *absent, *unmet)
+    found = [f.subject for f in walk.findings if f.code == "E201" and scene.requires(f.subject)]
+    findings = (*_of_the_request(scene), *parsed.findings, *_once(walk.findings), *absent, *unmet)
     return Report(
         task=scene.task,
         text=text,
@@ -95,7 +95,7 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
         findings=tuple(dict.fromkeys(findings)),
         bounds=tuple(walk.bounds),
         deltas=tuple(walk.deltas),
-        missing=tuple(dict.fromkeys((*_out_of_reach(walk.findings, scene), *seen, *missing))),
+        missing=tuple(dict.fromkeys((*found, *seen, *missing))),
         written=text_calls,
     )
 
@@ -158,11 +158,6 @@ def _needed(calls: Sequence[Call], scene: Scene) -> dict[tuple[Node | None, Node
         predicates = {p for condition in known.conditions for p in condition.predicates}
         needed |= {(thing, predicate): place for thing in things for predicate in predicates}
     return needed
-
-
-def _out_of_reach(findings: Iterable[Finding], scene: Scene) -> list[str]:
-    """The required items that the home does not know."""
-    return [f.subject for f in findings if f.code == "E201" and scene.requires(f.subject)]
 
 
 def _once(findings: Iterable[Finding]) -> Iterable[Finding]:

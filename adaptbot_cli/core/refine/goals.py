@@ -62,8 +62,7 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
             yield Finding("E503", f"there is no {content} in the {vessel}", content)
     for name, prop in task.states:
         if not any((entity, prop, TRUE) in kg.facts for entity in kg.find(name)):
-            label = kg.domain.properties[prop].label
-            yield Finding("E503", f"{name} is not {label}", name)
+            yield Finding("E503", f"{name} is not {kg.domain.label(prop)}", name)
     if task.place and not any(goal.places for goal in task.goals):
         things = [e for name in task.required if name != task.place for e in kg.find(name)[:1]]
         there = kg.find(task.place)
@@ -115,12 +114,11 @@ def weak(kg: Kg) -> Iterator[str]:
                 f"{where}: its goal holds here before anything is done; "
                 "ask for something that only doing it brings about"
             )
-        elif not any(goal.classes or _names_a_thing(goal, kg) for goal in goals):
+        elif not any(
+            goal.classes or any(map(kg.classes, mentions(goal.query) - ruled_out(goal.query)))
+            for goal in goals
+        ):
             yield (
                 f'{where}: its goal ("{goals[0].message}" otherwise) is about no item; '
                 "name the item in ab:ask, or ask for each ?item of ab:needs with ab:class"
             )
-
-
-def _names_a_thing(goal: Goal, kg: Kg) -> bool:
-    return any(kg.classes(iri) for iri in mentions(goal.query) - ruled_out(goal.query))

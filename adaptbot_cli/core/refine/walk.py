@@ -197,7 +197,7 @@ class Walk:
     def _no_default(self, bound: Bound) -> Iterator[Finding]:
         for parameter in bound.action.parameters:
             if parameter.name not in bound.values and _matters(parameter, bound):
-                kinds = [self.kg.domain.kinds[c].label for c in parameter.classes]
+                kinds = map(self.kg.domain.label, parameter.classes)
                 what = f"{' or '.join(kinds)} here that can serve as {parameter.name}"
                 yield Finding("E401", f"there is no {what}", bound.action.name)
 
