@@ -49,9 +49,9 @@ def next_question(
     is asked twice. With `required_only` only required items are asked about. With `doubt` the
     person is also asked whether what is known is so, where nothing else will do.
     """
-    about_taught = next(iter(_about_the_taught(scene, asked)), None)
-    if about_taught is not None:
-        return about_taught
+    for question in _about_the_taught(scene, asked):
+        if question.key not in asked:
+            return question
     for finding in report.blocking:
         if required_only and not scene.requires(finding.subject):
             continue
@@ -59,16 +59,14 @@ def next_question(
             continue
         if finding.code == "E402" and not doubt:
             continue
-        if finding.code == "E401" and doubt:
-            question = _about_a_default(finding, report, scene)
-        else:
-            question = _question(finding, report, scene)
-        if question is not None and question.key not in asked:
-            return question
-        follow_up = _kind_question(finding, report, scene, asked)
-        follow_up = follow_up or _action_question(finding, report, scene, asked)
-        if follow_up is not None:
-            return follow_up
+        about_default = finding.code == "E401" and doubt
+        for found in (
+            (_about_a_default if about_default else _question)(finding, report, scene),
+            _kind_question(finding, report, scene, asked),
+            _action_question(finding, report, scene, asked),
+        ):
+            if found is not None and found.key not in asked:
+                return found
     return None
 
 
@@ -84,9 +82,9 @@ def all_open(report: Report, scene: Scene, asked: Asked) -> list[Question]:
 
 def following(name: str, report: Report, scene: Scene, asked: Asked) -> Question | None:
     """Return the next question that answers about one thing have led to."""
-    about_taught = next(iter(_about_the_taught(scene, asked)), None)
+    about_taught = (q for q in _about_the_taught(scene, asked) if q.key not in asked)
     led_to = (q for q in all_open(report, scene, asked) if q.about == name)
-    return about_taught or next(led_to, None)
+    return next(about_taught, None) or next(led_to, None)
 
 
 def taught(asked: Asked) -> tuple[str, ...]:
@@ -94,26 +92,20 @@ def taught(asked: Asked) -> tuple[str, ...]:
     names = [
         question.about
         for question, answer in asked.values()
-        if question.subject == "item" and _makes_known(question, answer)
+        if (question.kind, question.subject, answer.value) == ("existence", "item", EXISTS)
+        or (question.kind == "kind" and answer.value in {c.value for c in question.choices})
     ]
     return tuple(dict.fromkeys(names))
 
 
-def _makes_known(question: Question, answer: Answer) -> bool:
-    if question.kind == "kind":
-        return answer.value in {choice.value for choice in question.choices}
-    return question.kind == "existence" and answer.value == EXISTS
-
-
 def _about_the_taught(scene: Scene, asked: Asked) -> Iterable[Question]:
     """What each new place is, and where each item that this run has taught is kept."""
-    for question in _kinds_of_new_places(scene, asked):
-        if question.key not in asked:
-            yield question
+    for question, answer in asked.values():
+        kinds = kinds_of_place(question.prop, scene) if answer.new else []
+        if len(kinds) > 1 and not scene.kg.find(answer.new):
+            yield what_is(normal(answer.new), kinds, question.text)
     for name in taught(asked):
-        for question in _place_questions(name, scene):
-            if question.key not in asked:
-                yield question
+        yield from _place_questions(name, scene)
 
 
 def _place_questions(name: str, scene: Scene) -> Iterable[Question]:
@@ -121,13 +113,6 @@ def _place_questions(name: str, scene: Scene) -> Iterable[Question]:
         prop = place_property(entity, scene)
         if prop is not None and scene.kg.value(entity, prop.iri) is None:
             yield learning.attribute_question(scene.kg, name, prop, "")
-
-
-def _kinds_of_new_places(scene: Scene, asked: Asked) -> Iterable[Question]:
-    for question, answer in asked.values():
-        kinds = kinds_of_place(question.prop, scene) if answer.new else []
-        if len(kinds) > 1 and not scene.kg.find(answer.new):
-            yield what_is(normal(answer.new), kinds, question.text)
 
 
 def kinds_of_place(prop: str, scene: Scene) -> list[Kind]:
@@ -236,6 +221,8 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
         text = f'I do not know how to "{message}". Is it something I can do here?'
         known = list(scene.domain.actions)
     by_nearness = nearest(name, known, len(known), floor=0.0)
+    related = (word.word for word in scene.known.get(name, ()))
+    parts = {part for text in (name, *related) for part in words(text)}
     return Question(
         "existence",
         name,
@@ -245,7 +232,7 @@ def _existence(subject: Subject, finding: Finding, report: Report, scene: Scene)
         _outcomes(name, subject, report, scene),
         _all_or_found(dict.fromkeys((*finding.candidates, *by_nearness)), subject, scene),
         near=finding.candidates,
-        alike=_only_spelled_alike(name, finding.candidates, scene),
+        alike=tuple(other for other in finding.candidates if not parts & set(words(other))),
         context=_source(finding, report),
     )
 
@@ -255,13 +242,6 @@ def _all_or_found(shown: Iterable[str], subject: Subject, scene: Scene) -> Names
     if subject == "action" or scene.kg.few(kinds, MOST_SHOWN) is not None:
         return Names(shown)
     return Names.of(shown, learning.finder(scene.kg, kinds))
-
-
-def _only_spelled_alike(name: str, near: Iterable[str], scene: Scene) -> tuple[str, ...]:
-    """The names near one that no word has in common with it or with what it is related to."""
-    related = {part for word in scene.known.get(name, ()) for part in words(word.word)}
-    parts = {*words(name), *related}
-    return tuple(other for other in near if not parts & set(words(other)))
 
 
 def _outcomes(name: str, subject: Subject, report: Report, scene: Scene) -> tuple[Choice, ...]:
@@ -303,9 +283,7 @@ def _kind_question(finding: Finding, report: Report, scene: Scene, asked: Asked)
     found = asked.get(("existence", name, "", "item"))
     if finding.code != "E201" or found is None or found[1].value != EXISTS:
         return None
-    kinds = possible_kinds(name, report, scene)
-    question = what_is(name, kinds, _source(finding, report))
-    return None if question.key in asked else question
+    return what_is(name, possible_kinds(name, report, scene), _source(finding, report))
 
 
 def _action_question(
@@ -335,12 +313,6 @@ def what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:
     choices = tuple(Choice(local(kind.iri), kind.label, kind.comment) for kind in kinds)
     text = f'What is "{name.replace("_", " ")}"?'
     return Question("kind", name, text, choices=choices, context=context)
-
-
-def kinds_of_choices(question: Question, scene: Scene) -> list[Kind]:
-    """Return the kinds that a question about a kind offers, in its order."""
-    kinds = {local(kind.iri): kind for kind in scene.domain.teachable}
-    return [kinds[choice.value] for choice in question.choices if choice.value in kinds]
 
 
 def possible_kinds(name: str, report: Report, scene: Scene) -> list[Kind]:
@@ -381,7 +353,8 @@ def around(
     answer.
     """
     if question.kind == "kind":
-        kinds = kinds_of_choices(question, scene)
+        known = {local(kind.iri): kind for kind in scene.domain.teachable}
+        kinds = [known[choice.value] for choice in question.choices if choice.value in known]
         likely = suggest.Likely(question.about, kinds, scene)
         return (replace(question, suggested=likely.kind()),)
     if not question.spec.together:

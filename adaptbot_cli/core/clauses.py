@@ -249,16 +249,18 @@ class Clauses:
             self._begin(part)
         elif part.thing or part.several:
             self._thing(part, after)
-        elif part.action is not None and self._starts_clause():
+        elif (
+            part.action is not None
+            and self.mode == "main"
+            and not self.run
+            and (self.joined or not self.drafts)
+        ):
             self.drafts.append(_Draft(None, list(part.words), action=part.action))
             self.joined, self.asked = False, True
         elif part.state:
             self.state = part.state
         else:
             self._unknown(part)
-
-    def _starts_clause(self) -> bool:
-        return self.mode == "main" and not self.run and (self.joined or not self.drafts)
 
     def _without(self, part: Phrase, after: Sequence[Phrase]) -> None:
         task = part.task is not None and not self._verbal(part)
@@ -367,15 +369,12 @@ class Clauses:
     # prepositions and the rest ------------------------------------------------------------------
 
     def _preposition(self, part: Phrase, after: Sequence[Phrase]) -> None:
-        follows = next((p for p in after if p.role != "word"), None)
         self._flush()
         if self.mode == "without" and part.role == "for":  # "replace sugar for honey"
             self.mode = "with"
             return
         if part.role == "for":
             self._for_whom(after)
-        if part.role == "to" and follows is not None and follows.role == "unread":
-            self.mode = "to"
         self.mode = part.role
         if not after or after[0].role in ("stop", "comma", "and"):
             self.mode = "main"

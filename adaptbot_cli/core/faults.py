@@ -75,7 +75,7 @@ def faults(kg: Kg) -> list[Fault]:
 
     A home may lack what a task needs: that is `lacking`.
     """
-    return list(dict.fromkeys([*fact_faults(kg), *_of_pack(kg)]))
+    return _some_faults(kg, suspects(kg), pack=True)
 
 
 def fact_faults(kg: Kg) -> list[Fault]:
@@ -108,11 +108,6 @@ def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault
     return [fault for fault in after if fault.key not in known]
 
 
-def _of_pack(kg: Kg) -> Iterator[Fault]:
-    """What the pack names that is not there; a home may lack a task's things."""
-    yield from (Fault("", text) for text in misnamed(kg))
-
-
 def _effective(kg: Kg, delta: Delta) -> Delta:
     """What a change really changes: what is there is not added, what is not there not removed."""
     removed, added = (
@@ -126,7 +121,8 @@ def _some_faults(kg: Kg, touched: Iterable[Node], pack: bool) -> list[Fault]:
     found = [
         fault for about in sorted(touched, key=str) for fault in _of(kg, about, _known(kg, about))
     ]
-    return list(dict.fromkeys([*found, *(_of_pack(kg) if pack else ())]))
+    found += [Fault("", text) for text in misnamed(kg)] if pack else []
+    return list(dict.fromkeys(found))
 
 
 def _takes_names(kg: Kg, delta: Delta) -> bool:

@@ -91,10 +91,6 @@ class Facts:
         """Give the values of a subject's predicate."""
         return (value for _, _, value in self.triples((subject, predicate, None)))
 
-    def subject_objects(self, predicate: Node) -> Iterator[tuple[Node, Node]]:
-        """Give subjects and values of a predicate."""
-        return ((subject, value) for subject, _, value in self.triples((None, predicate, None)))
-
 
 @dataclass(slots=True)
 class Kg:
@@ -199,12 +195,8 @@ class Kg:
         """Answer a query; what was asked in this very state before is not asked again."""
         key = self._asked(query, bindings)
         if key not in self._answers:
-            self._answers[key] = _in_time(key, lambda: self._evaluated(key))
+            self._answers[key] = _in_time(key, lambda: _plain(self._evaluate(key)))
         return self._answers[key]
-
-    def _evaluated(self, asked: Asked) -> Any:
-        result = self._evaluate(asked)
-        return bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
 
     def _evaluate(self, asked: Asked) -> Any:
         """Ask the engine; the solutions of a SELECT are those of the state at this moment."""
@@ -467,7 +459,8 @@ class Kg:
 
     def _kinds(self, entity: Node) -> list[Kind]:
         stated = set(self.store.objects(entity, RDF.type))
-        return sorted((k for k in self.domain.kinds.values() if k.iri in stated), key=_iri)
+        found = (kind for kind in self.domain.kinds.values() if kind.iri in stated)
+        return sorted(found, key=lambda kind: str(kind.iri))
 
     def instances(self, classes: Iterable[Node]) -> list[URIRef]:
         """Return the entities of some classes, sorted by IRI."""
@@ -632,6 +625,11 @@ def _in_time(asked: Asked, answer: Callable[[], T]) -> T:
     return within(answer, f"a query of the domain ({' '.join(query.split())[:200]})")
 
 
+def _plain(result: Any) -> bool | list[dict[str, Node]]:
+    """The answer to an ASK, or all solutions of a SELECT."""
+    return bool(result) if isinstance(result, pyoxigraph.QueryBoolean) else list(_rows(result))
+
+
 def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
     """The engine's solutions, one by one."""
     names = [variable.value for variable in solutions.variables]
@@ -642,10 +640,6 @@ def _rows(solutions: Any) -> Iterator[dict[str, Node]]:
 
 def _text(value: Any) -> str:
     return str(getattr(value, "value", value))
-
-
-def _iri(kind: Kind) -> str:
-    return str(kind.iri)
 
 
 def _filled(template: Iterable[Triple], rows: Iterable[Bindings]) -> Iterator[Triple]:

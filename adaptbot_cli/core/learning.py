@@ -1,6 +1,6 @@
 """From an answer to facts: the paper's knowledge refinement f_KE (III-C)."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from rdflib import RDF, XSD, Literal, URIRef
@@ -158,7 +158,10 @@ def _form_of(
         return "value", (), NUMBERS[prop.range]
     if prop.range not in kg.domain.kinds:
         return "value", (), ""
-    choices = [Choice(kg.name(p), kg.name(p)) for p in _handy(kg, places(kg, name, prop))]
+    handy = sorted(
+        places(kg, name, prop), key=lambda place: (-kg.named_in(place, MOST_FOUND), place)
+    )
+    choices = [Choice(kg.name(place), kg.name(place)) for place in handy]
     return "place", (*choices, Choice(UNKNOWN, "I don't know", prevents)), ""
 
 
@@ -197,12 +200,6 @@ def finder(
         return list(map(kg.name, fitting))
 
     return found
-
-
-def _handy(kg: Kg, places: list[URIRef]) -> list[URIRef]:
-    """Places by how many things are kept there, so that the likely ones come first."""
-    counts: Mapping[URIRef, int] = {p: kg.named_in(p, MOST_FOUND) for p in places}
-    return sorted(places, key=lambda place: (-counts[place], place))
 
 
 def attribute_value(kg: Kg, prop: Property, answer: str) -> Node | None:

@@ -131,11 +131,10 @@ class _Trace:
     met: dict[Node, set[Node]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for kind in self.kg.domain.kinds.values():
-            if kind.location_property is not None:
-                found = dict(self.kg.facts.subject_objects(kind.location_property))
-                self.starts |= found
-                self.places |= found if kind.location_property in self.locations else {}
+        for prop in self.kg.domain.locations:
+            found = {s: o for s, _, o in self.kg.facts.triples((None, prop, None))}
+            self.starts |= found
+            self.places |= found if prop in self.locations else {}
 
     def step(self, number: int, bound: Bound, delta: Delta) -> None:
         """Follow one step."""
@@ -247,8 +246,8 @@ class _Trace:
         return bool(own) or self.kg.can_move(thing) or normal(self.kg.name(thing)) in wanted
 
     def _rank(self, thing: Node, wanted: set[str]) -> tuple[object, ...]:
-        kinds = [k for k in self.kg.domain.kinds.values() if k.iri in self.kg.classes(thing)]
-        order = min((k.order for k in kinds if k.order is not None), default=99)
+        kinds = [k for k in self.kg.domain.teachable if k.iri in self.kg.classes(thing)]
+        order = kinds[0].order if kinds else 99
         name = self.kg.name(thing)
         return (normal(name) not in wanted, order, self.events[thing][0].step, name)
 

@@ -29,7 +29,8 @@ def summary(
     """
     if result.runs:
         return _several(result, kg, planner, revisions, world)
-    task, outside = result.report.task, result.outside
+    task, outside, outcome = result.report.task, result.outside, result.outcome
+    missing = (*result.report.missing, *(outcome.missing if outcome else ()))
     return {
         "task": task.said or task.name or None,
         "domain": kg.domain.name,
@@ -37,7 +38,7 @@ def summary(
         "planner": planner,
         "request": asked([task]),
         "outcome": result.verdict,
-        "goal": {"met": result.goal_met, "missing": list(_missing(result))},
+        "goal": {"met": result.goal_met, "missing": list(dict.fromkeys(missing))},
         "steps": [_step(n, step) for n, step in enumerate(result.report.steps, start=1)],
         "findings": [_finding(finding) for finding in findings(result)],
         "questions": [
@@ -134,11 +135,6 @@ def findings(result: Result) -> tuple[Finding, ...]:
         return result.report.findings
     last = (outcome.error,) if outcome.error else ()
     return tuple(dict.fromkeys((*result.report.findings, *last, *outcome.unmet)))
-
-
-def _missing(result: Result) -> tuple[str, ...]:
-    outcome = result.outcome
-    return tuple(dict.fromkeys((*result.report.missing, *(outcome.missing if outcome else ()))))
 
 
 def _step(number: int, step: Step) -> Json:

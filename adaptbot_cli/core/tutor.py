@@ -376,17 +376,13 @@ def _replan(
         new = yield from look_at(run, text)
         same = run.policy == "tutor" and _keys(still_open(run, new)) == _keys(findings)
         report = new
-        best = min(best, report, key=_short_of_goal)
+        # the nearest to its goal
+        best = min(best, report, key=lambda r: (not r.live, len(r.blocking), len(r.open)))
         if same:
             break
     if run.policy == "tutor" and best.text != report.text:
         report = yield from look_at(run, best.text)
     return report, tries
-
-
-def _short_of_goal(report: Report) -> tuple[bool, int, int]:
-    """How far a plan is from its goal: the less, the better."""
-    return not report.live, len(report.blocking), len(report.open)
 
 
 def _keys(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:

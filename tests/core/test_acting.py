@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.core.acting import draft as passages
 from adaptbot_cli.core.acting.draft import Draft, from_action, written
-from adaptbot_cli.core.acting.picking import changes, drafted, needs
+from adaptbot_cli.core.acting.picking import changes, needs, taking
 from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
@@ -262,7 +262,7 @@ def test_a_copied_action_has_the_form_of_the_hand_written_one() -> None:
 def test_every_offer_makes_an_action_that_the_domain_allows(domain: str) -> None:
     kg = bundled_kg(domain)
     kinds = [kg.name(kg.instances([kind.iri])[0]) for kind in kg.domain.teachable]
-    base = drafted("frobnicate", Call("frobnicate", tuple(kinds)), kg)
+    base = taking(Draft("frobnicate"), Call("frobnicate", tuple(kinds)), kg)
     for need in needs(base, kg.domain):
         for change in changes(base, kg.domain):
             assert checked(base.toggled_need(need).toggled_change(change), kg)
@@ -293,7 +293,7 @@ def checked(draft: Draft, kg: Kg) -> bool:
 
 def test_changes_of_one_state_exclude_each_other() -> None:
     kg = workshop()
-    draft = drafted("sand", Call("sand", ("board",)), kg)
+    draft = taking(Draft("sand"), Call("sand", ("board",)), kg)
     offers = {change.words: change for change in changes(draft, kg.domain)}
     draft = draft.toggled_change(offers["{part}: dry"]).toggled_change(offers["{part}: not dry"])
     assert words(draft.changes) == {"{part}: not dry"}

@@ -18,7 +18,6 @@ from adaptbot_cli.core.acting.picking import (
     PARTS,
     REQUIRES,
     TAKES,
-    drafted,
     examples,
     put_together,
     taking,
@@ -200,11 +199,10 @@ def _new(unknown: Unknown, kg: Kg) -> Talk:
     text = f'Which of these is "{message}" most like? It may then differ.'
     name = yield _which(unknown, kg, "like", text, "none of them: it is new in every way")
     action = kg.domain.actions.get(name)
-    draft = drafted(unknown.name, unknown.call, kg)
+    known = Draft(unknown.name) if action is None else from_action(unknown.name, action, kg.domain)
+    draft = taking(known, unknown.call, kg)
     counts = dict.fromkeys(PARTS, 0)
-    if action is not None:
-        draft = taking(from_action(unknown.name, action, kg.domain), unknown.call, kg)
-    else:
+    if action is None:
         for part in (CHANGES, REQUIRES):
             draft = yield from put_together(part, draft, unknown.call, kg, counts)
     tries = 0

@@ -100,7 +100,7 @@ def _changeable(draft: Draft, domain: Domain) -> Iterator[tuple[Parameter, Prope
     touched = {iri for a in domain.actions.values() if a.effect for iri in a.effect.predicates}
     for parameter in draft.visible:
         for prop in domain.properties.values():
-            boolean = str(prop.range).endswith("#boolean") and prop.graph == "state"
+            boolean = prop.range == XSD.boolean and prop.graph == "state"
             if boolean and prop.iri in touched and _is(parameter, [prop.domain], domain):
                 yield parameter, prop
 
@@ -187,11 +187,6 @@ def _is(parameter: Parameter, classes: Sequence[URIRef], domain: Domain) -> bool
 
 def _parameter(action: Action, name: str) -> Parameter:
     return next(p for p in action.parameters if p.name == name)
-
-
-def drafted(name: str, call: Call, kg: Kg) -> Draft:
-    """Return a draft that takes what a call of the action gives it, and does nothing yet."""
-    return taking(Draft(name), call, kg)
 
 
 def taking(draft: Draft, call: Call, kg: Kg) -> Draft:

@@ -110,7 +110,8 @@ def _bind(
             found_changes.append(Change(arg, "left out", "default", why))
             continue
         if read is None:
-            findings.append(_too_many(action, call))
+            most = f"{action.name} takes at most {len(action.visible)}, not {len(call.args)}"
+            findings.append(Finding("E102", most, action.name))
             break
         slots = slots[slots.index(read.parameter) + 1 :]
         if read.finding is not None:
@@ -121,13 +122,17 @@ def _bind(
             found_changes.append(read.named.change)
         states += [(read.named.entity, p) for p in read.named.states if read.named.entity]
     values |= {part.parameter: part.value for part in fixed}
-    findings += _too_few(action, [p for p in slots if p.name not in values], call)
+    lacking = [p.name for p in slots if p in action.required and p.name not in values]
+    if lacking:
+        text = f"{action.name} needs {' and '.join(lacking)} as well"
+        findings.append(Finding("E102", text, action.name))
     bound = Bound(action, values)
     failing = attribute_findings(bound, scene.kg)
     findings += [_not_meant(f, found_changes, action, scene) for f in failing]
-    findings = [*_excluded(call, bound, scene), *(f for f in findings if not _barred(f, scene))]
-    if findings:
-        once = tuple(dict.fromkeys(findings))
+    # Nobody need say what an unknown name is that is excluded.
+    asked = (f for f in findings if f.code != "E201" or not scene.excludes(f.subject))
+    once = tuple(dict.fromkeys((*_excluded(call, bound, scene), *asked)))
+    if once:
         return Sound(call, None, tuple(found_changes), once, action=action)
     proper = render(bound, scene.kg)
     return Sound(proper, bound, tuple(found_changes), states=tuple(states))
@@ -160,11 +165,6 @@ def _excluded(call: Call, bound: Bound, scene: Scene) -> Iterator[Finding]:
             label = scene.domain.label(prop)
             message = f"it is not known whether {name} is {label}, which is excluded"
             yield Finding("E301", message, name, prop=local(prop))
-
-
-def _barred(finding: Finding, scene: Scene) -> bool:
-    """Whether a finding is about a name that is excluded: nobody need say what it is."""
-    return finding.code == "E201" and bool(scene.excludes(finding.subject))
 
 
 def _no_use(arg: str, action: Action, slots: list[Parameter], scene: Scene) -> bool:
@@ -266,18 +266,6 @@ def _wrong_kind(arg: str, entity: URIRef, parameter: Parameter, scene: Scene) ->
     message = f"{name} is {a(label)}, not {a(' or '.join(kinds))}"
     near = resolve.near_items(arg, parameter.classes, scene)
     return Finding("E202", message, name, candidates=tuple(near))
-
-
-def _too_many(action: Action, call: Call) -> Finding:
-    most = len(action.visible)
-    return Finding("E102", f"{action.name} takes at most {most}, not {len(call.args)}", action.name)
-
-
-def _too_few(action: Action, left: list[Parameter], call: Call) -> list[Finding]:
-    lacking = [p.name for p in left if not p.optional and not p.default]
-    if not lacking:
-        return []
-    return [Finding("E102", f"{action.name} needs {' and '.join(lacking)} as well", action.name)]
 
 
 def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:

@@ -209,7 +209,8 @@ class Search:
                 return None
             mark = self.kg.mark
             steps = self._step(bound, limit - 1, open_)
-            if steps and (self._brings(open_) or (self.freely and self.kg.last_change())):
+            brings = steps and any(aim.holds() for aim in open_)
+            if steps and (brings or (self.freely and self.kg.last_change())):
                 rest = self._within(aims, limit - len(steps), top)
                 if rest is not None:
                     return [*steps, *rest]
@@ -218,9 +219,6 @@ class Search:
 
     def _is_spent(self) -> bool:
         return self.tries >= self.most or self.left <= 0
-
-    def _brings(self, aims: Iterable[Aim]) -> bool:
-        return any(aim.holds() for aim in aims)
 
     def _lost(self, aims: Iterable[Aim]) -> list[Triple]:
         """What was to be kept and is gone, though the aims would hold with it as well."""
@@ -254,14 +252,12 @@ class Search:
         """Whether a step is ruled out: a longer search asks that again of every shorter one."""
         asked = (self.kg.state, key)
         if asked not in self._ruled_out:
-            self._ruled_out[asked] = self._is_ruled_out(bound)
+            barred = self.bars is not None and any(map(self.bars, bound.values.values()))
+            self._ruled_out[asked] = barred or any(
+                not self.supposing or finding.code != "E301"
+                for finding in attribute_findings(bound, self.kg)
+            )
         return self._ruled_out[asked]
-
-    def _is_ruled_out(self, bound: Bound) -> bool:
-        if self.bars is not None and any(map(self.bars, bound.values.values())):
-            return True
-        found = attribute_findings(bound, self.kg)
-        return any(f.code != "E301" for f in found) if self.supposing else bool(found)
 
     def _changes_only(self, bound: Bound, aims: list[Aim]) -> bool:
         """Whether the last action changed nothing but what it was done to, and what it was done

@@ -114,6 +114,11 @@ def _item(name: str, classes: Sequence[URIRef], scene: Scene) -> Named:
     return Named(finding=unknown_item(name, classes, scene))
 
 
+def _called(name: str, classes: Iterable[URIRef], scene: Scene) -> list[URIRef]:
+    """The things of some classes that bear a name."""
+    return [entity for entity in scene.kg.find(name) if scene.kg.is_a(entity, classes)]
+
+
 def _known(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
     found = scene.kg.find(name)
     if not found:
@@ -148,7 +153,7 @@ def _spelled(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None
 def _amount(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
     """A known item behind a number, an article or an amount: "2 eggs", "a pinch of salt"."""
     for rest, definite in without_amount(name):
-        found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, classes)]
+        found = _called(rest, classes, scene)
         if found and definite:
             return Named(found[0], _renamed(name, found[0], scene))
         if found and not scene.kg.is_a(found[0], scene.domain.places):  # "2 plates" are two
@@ -164,7 +169,7 @@ def _whole(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
     """A thing, said by a part that stands for it: "the pot's contents", "fridge door"."""
     parts = [word.removesuffix("'s").removesuffix("'") for word in words(name)]
     rest = [w for w in parts if w not in scene.domain.part_words and w not in _ARTICLES]
-    found = [e for e in scene.kg.find("_".join(rest)) if scene.kg.is_a(e, classes)]
+    found = _called("_".join(rest), classes, scene)
     if not found or scene.domain.part_words.isdisjoint(parts):
         return None
     proper = scene.kg.name(found[0])
@@ -192,7 +197,7 @@ def _place_of_phrase(name: str, classes: Sequence[URIRef], scene: Scene) -> Name
         (parts[: cuts[0]], frozenset(classes), "thing of the phrase"),
     ):
         text = "_".join(word for word in part if word not in _ARTICLES)
-        found = [e for e in scene.kg.find(text) if scene.kg.is_a(e, classes)]
+        found = _called(text, classes, scene)
         if found and scene.kg.is_a(found[0], wanted):
             proper = scene.kg.name(found[0])
             return Named(found[0], Change(name, proper, by, f'"{name}" means {proper} here'))
@@ -207,7 +212,7 @@ def _with_state(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | N
         rest = "_".join(p for p in parts if p not in prop.state_words and p not in _ARTICLES)
         if not lines or not rest:
             continue
-        found = [e for e in scene.kg.find(rest) if scene.kg.is_a(e, [prop.domain])]
+        found = _called(rest, [prop.domain], scene)
         if found:
             proper = scene.kg.name(found[0])
             why = f"{name} is {proper} that is {prop.label}"
@@ -232,7 +237,7 @@ def _by_words(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | Non
     if not scene.repair or scene.requires(name) or is_absent(scene.kg, name, "item"):
         return None
     related = scene.known.get(normal(name), ())
-    best = _best(related, lambda w: _items_called(w, classes, scene))
+    best = _best(related, lambda w: set(_called(w, classes, scene)))
     if best is None or best[0].sense > 1:
         return None
     word, entity = best
@@ -290,10 +295,6 @@ def _rivals(name: str, entity: URIRef, classes: Sequence[URIRef], scene: Scene) 
     return any(holding) or len(several) >= _SEVERAL or bool(misspelt(name, others, _ALIKE))
 
 
-def _items_called(word: str, classes: Sequence[URIRef], scene: Scene) -> set[URIRef]:
-    return {e for e in scene.kg.find(word) if scene.kg.is_a(e, classes)}
-
-
 def _best(related: Iterable[Related], named: Callable[[str], set[T]]) -> tuple[Related, T] | None:
     """The one thing that the word's first sense names at the shortest distance within reach."""
     words = list(related)
@@ -348,7 +349,7 @@ def _near_items(name: str, classes: Sequence[URIRef], scene: Scene) -> list[str]
     whole = [
         scene.kg.name(entity)
         for word in related
-        for entity in sorted(_items_called(word, classes, scene))
+        for entity in sorted(_called(word, classes, scene))
     ]
     parts = {part for word in (name, *related) for part in words(word)[-1:]}
     alike = scene.kg.alike(name, classes)

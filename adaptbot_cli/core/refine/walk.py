@@ -204,24 +204,13 @@ class Walk:
     def _unmet(self, bound: Bound, sound: Sound) -> Iterator[Finding]:
         """Achieve all that the step needs, together; yield a finding for each need left open."""
         effect = bound.action.effect
-        states = [
-            fact_aim(self.kg, (entity, prop, TRUE))
-            for entity, prop in sound.states
-            if not (effect and prop in effect.predicates)  # else the step itself brings it about
-        ]
-        labels = [
-            f"{self.kg.name(entity)} must be {self.kg.domain.properties[prop].label} by then"
-            for entity, prop in sound.states
-            if not (effect and prop in effect.predicates)
-        ]
-        conditions = bound.action.conditions
-        needs = list(
-            zip(
-                [*states, *needs_of(bound, self.kg)],
-                [*labels, *(sentence(c.message, bound, self.kg) for c in conditions)],
-                strict=True,
-            )
-        )
+        needs: list[tuple[Aim, str]] = []
+        for entity, prop in sound.states:
+            if not effect or prop not in effect.predicates:  # else the step itself brings it about
+                text = f"{self.kg.name(entity)} must be {self.kg.domain.label(prop)} by then"
+                needs.append((fact_aim(self.kg, (entity, prop, TRUE)), text))
+        messages = (sentence(c.message, bound, self.kg) for c in bound.action.conditions)
+        needs += zip(needs_of(bound, self.kg), messages, strict=True)
         if self.achieve(needs, bound):
             return
         for wanted, message in needs:  # those that can be met by themselves, to tell the others
