@@ -1,18 +1,15 @@
 """Teaching a thing without a task: existence is known; kind, place and attributes are asked."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from typing import Any
 
-from rdflib import URIRef
-
-from adaptbot_cli.core import asking, learning
+from adaptbot_cli.core import asking
 from adaptbot_cli.core.dialogue import ask_about, keep
 from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.run import Parse, Run, forget_all
 from adaptbot_cli.core.scene import Scene
@@ -44,20 +41,9 @@ def _teach(name: str, run: Run) -> Turns:
     if not called(run.kg, name):
         kinds = run.kg.domain.teachable
         report = yield from ask_about(run, report, asking.what_is(normal(name), kinds, ""))
-    for entity in run.kg.find(name)[:1]:
-        for question in _open_questions(name, entity, run.kg):
-            if question.key not in run.asked and not run.stopped:
-                report = yield from ask_about(run, report, question)
+    for question in asking.open_questions(normal(name), run.scene):
+        if question.key not in run.asked and not run.stopped:
+            report = yield from ask_about(run, report, question)
     found = tuple(run.lessons)
     yield from keep(run)
     return (tuple(run.kept) if run.revision else found), run.revision
-
-
-def _open_questions(name: str, entity: URIRef, kg: Kg) -> Iterator[Question]:
-    """The domain's questions for a kind, without those answered or settled by now."""
-    kinds = [kind for kind in kg.domain.teachable if kg.is_a(entity, [kind.iri])]
-    asked = [kg.domain.properties[iri] for kind in kinds for iri in kind.asks]
-    for prop in dict.fromkeys(asked):
-        implied = any(kg.value(entity, rule.prop) == rule.equals for rule in prop.implied)
-        if kg.value(entity, prop.iri) is None and not implied:
-            yield learning.attribute_question(kg, normal(name), prop, "")

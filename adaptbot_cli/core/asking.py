@@ -361,7 +361,7 @@ def around(
         return (question,)
     found = [question, *needed_of(question.about, report, scene, asked)]
     if full and question.about in taught(asked):
-        found += _questions(question.about, scene)
+        found += open_questions(question.about, scene)
     by_key = {each.key: each for each in found if each.key == question.key or each.key not in asked}
     order = _order(question.about, scene)
     first = sorted(by_key.values(), key=lambda each: order.get(each.prop, len(order)))
@@ -376,7 +376,7 @@ def rest(
 ) -> tuple[Question, ...]:
     """Return what the kind of a new thing is asked, of which this plan needs nothing."""
     there = {question.key for question in besides}
-    found = (question for question in _questions(name, scene) if question.key not in asked)
+    found = (question for question in open_questions(name, scene) if question.key not in asked)
     return _with_suggestions([question for question in found if question.key not in there], scene)
 
 
@@ -393,8 +393,8 @@ def is_open(question: Question, scene: Scene) -> bool:
     return prop is None or not entities or not known_values(scene.kg, entities[0], prop.iri)
 
 
-def _questions(name: str, scene: Scene) -> Iterable[Question]:
-    """All that the kind of a thing is asked, in the domain's order, where it is not known."""
+def open_questions(name: str, scene: Scene) -> Iterable[Question]:
+    """Give what the classes of a thing are asked, in the domain's order, where it is not known."""
     for entity in scene.kg.find(name)[:1]:
         for prop in _asked_of(entity, scene):
             question = learning.attribute_question(scene.kg, name, prop, "")
@@ -408,7 +408,7 @@ def _asked_of(entity: URIRef, scene: Scene) -> list[Property]:
 
 
 def _kinds(entity: URIRef, scene: Scene) -> list[Kind]:
-    return [kind for kind in scene.domain.teachable if scene.kg.is_of(entity, kind)]
+    return [kind for kind in scene.domain.teachable if scene.kg.is_a(entity, [kind.iri])]
 
 
 def _order(name: str, scene: Scene) -> dict[str, int]:

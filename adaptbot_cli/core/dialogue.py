@@ -130,9 +130,6 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
         if answer.value == EDIT:
             run.to_edit = True
             return
-        if answer.value == STOP.value:
-            run.stopped, answer = True, LATER
-        run.stopped = run.stopped or answer.last
         yield from _learn(run, report, each, answer, doubted)
 
 
@@ -174,9 +171,7 @@ def _learn(
     doubted: tuple[Triple, ...] = (),
 ) -> Generator[Turn, Any, None]:
     """Learn from an answer; what it was asked in doubt of needs no more asking to be corrected."""
-    run.asked[question.key] = (question, answer)
-    if answer.value != LATER.value:
-        run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    answer = run.take(question, answer)
     for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
         if doubted:
             agreed = teach.corrected(lesson, doubted, run.scene)
@@ -263,11 +258,7 @@ def keep_plan(
         ),
     )
     answer: Answer = yield Ask(question)
-    run.asked[question.key] = (question, answer)
-    if answer.value == LATER.value:
-        return
-    run.usage = replace(run.usage, questions=run.usage.questions + 1)
-    if answer.value == YES:
+    if run.take(question, answer).value == YES:
         sentence = f'the plan for "{run.task.name}" is kept ({len(text.splitlines())} steps)'
         lesson = Lesson(Delta(), question, answer, sentence, plan=KeptPlan(run.task, text))
         kept: Kept = yield Keep(run.task, (lesson,))
@@ -327,12 +318,7 @@ def _offer_change(run: Run, report: Report, offered: Mended) -> Generator[Turn, 
     if answer.value == EDIT:
         edited = yield from amended(run, report, "asked")
         return report if edited is report else (yield from ask(run, edited))
-    if answer.value == STOP.value:
-        run.stopped, answer = True, LATER
-    run.asked[question.key] = (question, answer)
-    if answer.value != LATER.value:
-        run.usage = replace(run.usage, questions=run.usage.questions + 1)
-    if answer.value != YES:
+    if run.take(question, answer).value != YES:
         return report
     return (yield from look_at(run, as_edited(run, offered.text)))
 
@@ -419,10 +405,7 @@ def judged(run: Run) -> Generator[Turn, Any, None]:
         notes=(f"{other.name} fails where {sentence_list(needs)}",),
     )
     answer: Answer = yield Ask(replace(question, answered=tuple(run.asked.values())))
-    run.asked[question.key] = (question, answer)
-    if answer.value == LATER.value:
-        return
-    run.usage = replace(run.usage, questions=run.usage.questions + 1)
+    answer = run.take(question, answer)
     if answer.value == YES and other.iri is not None:
         lesson = Lesson(
             alias(run.kg, task.name, other.iri),

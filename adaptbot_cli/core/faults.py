@@ -109,7 +109,7 @@ def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault
 
 
 def _effective(kg: Kg, delta: Delta) -> Delta:
-    """What a change really changes: what is there is not added, what is not there not removed."""
+    """The effective delta: additions not yet present, removals that are."""
     removed, added = (
         frozenset(triple for triple in triples if (triple in kg.facts) == there)
         for triples, there in ((delta.removed - delta.added, True), (delta.added, False))

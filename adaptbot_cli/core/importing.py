@@ -105,7 +105,10 @@ def _oddities(
     if not declarations:
         yield "no class or property declarations"
     else:
-        yield from _undeclared(facts, declarations, short)
+        stated = {s for s, p, o in declarations if p == RDF.type and o == RDF.Property}
+        used = {p for _, p, _ in facts if p != RDF.type and not str(p).startswith(str(AB))}
+        for predicate in sorted(used - stated, key=str):
+            yield f"{short(predicate)} is used but not declared"
         yield from _elsewhere(facts, declarations, short)
     functional = {prop.iri for prop in domain.properties.values() if prop.functional}
     values: dict[tuple[Node, Node], list[Node]] = {}
@@ -134,15 +137,6 @@ class _Short:
             if isinstance(node, URIRef) and node.startswith(space):
                 return f"{name}:{node.removeprefix(space)}"
         return str(node)
-
-
-def _undeclared(
-    facts: frozenset[Triple], declarations: frozenset[Triple], short: _Short
-) -> Iterator[str]:
-    declared = {s for s, p, o in declarations if p == RDF.type and o == RDF.Property}
-    used = {p for _, p, _ in facts if p != RDF.type and not str(p).startswith(str(AB))}
-    for predicate in sorted(used - declared, key=str):
-        yield f"{short(predicate)} is used but not declared"
 
 
 def _elsewhere(

@@ -74,12 +74,12 @@ class Change:
 class Finding:
     """Something about a plan that a check found.
 
-    `code` is a key of `findings.CODES`; `step` the number of the step (counted from 1), if it is
-    about one, and `steps` those of all that it is about, where they are several; `subject` the name
-    that it is about; `candidates` the nearest names that would do; `prop` the attribute that it is
-    about, in short. `remedy` is a step that would mend it and where, in words. Neither that nor
-    `steps` makes another finding. One that is `blocking` keeps the plan from being executed though
-    others of its code do not.
+    `code` is a key of `findings.CODES`; `subject` the entity or action that it concerns; `step` the
+    number of its step (counted from 1), if it has one, and `steps` those of all, if it has several;
+    `candidates` the nearest names that would do; `prop` the local name of its attribute;
+    `remedy` a step that would mend it, and where, in words. Findings that differ only in `remedy`
+    or `steps` are equal. A `blocking` one keeps the plan from being executed though others of its
+    code do not.
     """
 
     code: str

@@ -9,7 +9,7 @@ from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Step, Task
-from adaptbot_cli.core.questions import Answer, Key, Question
+from adaptbot_cli.core.questions import LATER, STOP, Answer, Key, Question
 from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.refine.mend import with_remedies
 from adaptbot_cli.core.report import Bound, Report, Usage
@@ -104,6 +104,15 @@ class Run:
     def answered(self) -> tuple[tuple[Question, Answer], ...]:
         """The questions the person may go back to: none once the robot has begun to act."""
         return () if self.acting and self.acting.begun else tuple(self.asked.values())
+
+    def take(self, question: Question, answer: Answer) -> Answer:
+        """Record an answer and return it; one that ends all questions is recorded as `LATER`."""
+        self.stopped = self.stopped or answer.last or answer.value == STOP.value
+        answer = LATER if answer.value == STOP.value else answer
+        self.asked[question.key] = (question, answer)
+        if answer.value != LATER.value:
+            self.usage = replace(self.usage, questions=self.usage.questions + 1)
+        return answer
 
     def seen(self, most: int, about: str = "") -> tuple[str, ...]:
         """Return what was seen otherwise than expected, in words, the last of it; of one thing, if

@@ -92,7 +92,9 @@ class _Words:
         shared = self.above.keys() & other.above.keys()
         ways += [self.above[gloss] + other.above[gloss] for gloss in shared]
         by_words = max((1 / (1 + far) for far in ways if far is not None), default=0.0)
-        return max(by_words, self._by_name(other))
+        if self.parts[-1:] == other.parts[-1:]:
+            return max(by_words, _SAME_HEAD)
+        return max(by_words, _SAME_WORD if set(self.parts) & set(other.parts) else 0.0)
 
     def broader(self, others: Sequence["_Words"]) -> str:
         """The nearest word that stands above this name and above some others, "" if none does."""
@@ -100,11 +102,6 @@ class _Words:
         far = {sense: sum(w.above[sense] for w in (self, *others)) for sense in shared}
         nearest = min(shared, key=lambda sense: (far[sense], self.called[sense]), default="")
         return self.called.get(nearest, "")
-
-    def _by_name(self, other: "_Words") -> float:
-        if self.parts[-1:] == other.parts[-1:]:
-            return _SAME_HEAD
-        return _SAME_WORD if set(self.parts) & set(other.parts) else 0.0
 
 
 def _plain(word: str) -> tuple[bool, int]:

@@ -1,7 +1,7 @@
 """A result as one plain object: what `run --json` and `check --json` print."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 from adaptbot_cli.core.kg import Kg
@@ -56,13 +56,7 @@ def summary(
             "nodes": [size[0] for size in result.sizes],
             "edges": [size[1] for size in result.sizes],
         },
-        "usage": {
-            "model_calls": result.usage.model_calls,
-            "prompt_tokens": result.usage.prompt_tokens,
-            "completion_tokens": result.usage.completion_tokens,
-            "cost_usd": result.usage.cost_usd,
-            "questions": result.usage.questions,
-        },
+        "usage": asdict(result.usage),
     }
 
 

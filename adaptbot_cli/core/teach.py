@@ -200,8 +200,7 @@ def contradicted(lesson: Lesson, scene: Scene) -> tuple[Triple, ...]:
         return ()
     found = set(lesson.delta.removed)
     for fact in lesson.delta.added:
-        found |= set(_excluded_by(fact, scene)) | set(_excluding(fact, scene))
-        found |= set(_stated_absent(fact, lesson, scene))
+        found |= set(_excluding(fact, lesson, scene))
     return tuple(sorted(found - lesson.delta.added))
 
 
@@ -226,35 +225,20 @@ def is_so(question: Question, scene: Scene) -> bool:
     return prop is not None and any(TRUE in known_values(scene.kg, e, prop.iri) for e in things)
 
 
-def _excluded_by(fact: Triple, scene: Scene) -> list[Triple]:
-    """Known values other than those that follow from a new fact."""
-    subject, predicate, value = fact
-    return [
-        (subject, prop.iri, known)
-        for prop in scene.domain.properties.values()
-        for implied in prop.implied
-        if (implied.prop, implied.equals) == (predicate, value)
-        for known in scene.kg.facts.objects(subject, prop.iri)
-        if known != implied.value
-    ]
-
-
-def _excluding(fact: Triple, scene: Scene) -> list[Triple]:
-    """Known facts from which another value than the new one follows."""
-    subject, predicate, value = fact
-    prop = scene.domain.properties.get(predicate)  # type: ignore[call-overload]
-    return [
-        (subject, implied.prop, implied.equals)
-        for implied in (prop.implied if prop else ())
-        if implied.value != value and (subject, implied.prop, implied.equals) in scene.kg.facts
-    ]
-
-
-def _stated_absent(fact: Triple, lesson: Lesson, scene: Scene) -> list[Triple]:
-    if fact[1] != RDF.type or lesson.action is not None:
-        return []
+def _excluding(fact: Triple, lesson: Lesson, scene: Scene) -> Iterator[Triple]:
+    """Known facts that a new one excludes, or from which another value than the new one follows."""
+    (subject, predicate, value), facts = fact, scene.kg.facts
+    for prop in scene.domain.properties.values():
+        for implied in prop.implied:
+            if (implied.prop, implied.equals) == (predicate, value):
+                known = facts.triples((subject, prop.iri, None))
+                yield from (other for other in known if other[2] != implied.value)
+            cause = (subject, implied.prop, implied.equals)
+            if prop.iri == predicate and implied.value != value and cause in facts:
+                yield cause
     absent = (scene.domain.iri, AB.absentItem, Literal(normal(lesson.question.about)))
-    return [absent] if absent in scene.kg.facts else []
+    if predicate == RDF.type and lesson.action is None and absent in facts:
+        yield absent
 
 
 def which_stands(

@@ -100,7 +100,7 @@ def term_of(node: Node) -> Any:
 
 @lru_cache(maxsize=4096)
 def kept(node: Node) -> Node:
-    """Return a term as the engine gives it back, to compare what is equal: 1.50 as 1.5.
+    """Return the store's canonical form of a term: 1.50 as 1.5.
 
     Raises:
         ValueError: it is no term.

@@ -43,7 +43,7 @@ def needs(draft: Draft, domain: Domain) -> list[Need]:
     found: dict[str, Need] = {}
     for action in domain.actions.values():
         for part in action.attributes:
-            source = _parameter(action, part.of)
+            source = next(p for p in action.parameters if p.name == part.of)
             for names, _ in _mappings([source], draft, domain):
                 need = need_of(part, domain, names)
                 found.setdefault(need.words, need)
@@ -183,10 +183,6 @@ def _is(parameter: Parameter, classes: Sequence[URIRef], domain: Domain) -> bool
     """Whether everything that a parameter takes belongs to one of some classes."""
     kinds = [domain.kinds[iri] for iri in parameter.classes if iri in domain.kinds]
     return bool(kinds) and all(set(kind.supers) & set(classes) for kind in kinds)
-
-
-def _parameter(action: Action, name: str) -> Parameter:
-    return next(p for p in action.parameters if p.name == name)
 
 
 def taking(draft: Draft, call: Call, kg: Kg) -> Draft:

@@ -239,7 +239,7 @@ def _action(entry: EntryReader) -> Action:
         verb=entry.text(AB.verb, "") or entry.text(RDFS.label).split("_")[0],
         fetches=entry.flag(AB.fetches),
         irreversible=entry.flag(AB.irreversible) if entry.value(AB.irreversible) else None,
-        purpose=_purpose(entry),
+        purpose=next(map(_condition, entry.parts(AB.purpose)), None),
     )
 
 
@@ -310,11 +310,6 @@ def _condition(entry: EntryReader) -> Condition:
     query = query_of(entry, source, "ab:ask", "ASK")
     about = query_of(entry, entry.text(AB.about, ""), "ab:about", "SELECT")
     return Condition(query, entry.text(AB.message), mentions(query), about, source)
-
-
-def _purpose(entry: EntryReader) -> Condition | None:
-    parts = entry.parts(AB.purpose)
-    return _condition(parts[0]) if parts else None
 
 
 def _called_as(entry: EntryReader) -> Iterator[CalledAs]:

@@ -35,7 +35,8 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         check_terms(graph, file, notes)
         check_types(graph, file, types, notes)
     kinds = {e.node: _kind(e) for e in entries(sources.domain, "domain.ttl", RDFS.Class, notes)}
-    properties = _properties(sources.domain, notes)
+    declarations = entries(sources.domain, "domain.ttl", RDF.Property, notes)
+    properties = {entry.node: _property(entry) for entry in declarations}
     declared = {*properties, RDF.type, RDFS.subClassOf}
     tasks = list(_tasks(sources.tasks, AB.Task, notes))
     read = Domain(
@@ -152,10 +153,6 @@ def _start(entry: EntryReader) -> Iterator[InitialState]:
         entry.note("an ab:starts lacks ab:value", "add it, such as false")
         return
     yield InitialState(prop, value, entry.maybe_iri(AB.when))
-
-
-def _properties(graph: Graph, notes: Notes) -> dict[URIRef, Property]:
-    return {e.node: _property(e) for e in entries(graph, "domain.ttl", RDF.Property, notes)}
 
 
 def _property(entry: EntryReader) -> Property:

@@ -50,11 +50,8 @@ def check_types(graph: Graph, file: str, types: Collection[Node], notes: Notes) 
 
 
 def _short(kind: Node) -> str:
-    spaces = {"ab": str(AB), "rdf": str(RDF), "rdfs": str(RDFS)}
-    found = (
-        f"{prefix}:{local(kind)}" for prefix, iri in spaces.items() if str(kind)[: len(iri)] == iri
-    )
-    return next(found, local(kind))
+    prefixes = (prefix for prefix, space, _ in _SPACES if str(kind).startswith(space))
+    return ":".join([*prefixes, local(kind)])
 
 
 def _unknown(node: Node) -> tuple[str, str] | None:
