@@ -15,7 +15,7 @@ from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Goal, Task
-from adaptbot_cli.core.refine.calls import render, sentence
+from adaptbot_cli.core.refine.grounding import render, sentence
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.sparql import SKIP, prefixes_of
 from adaptbot_cli.core.world import Named, named, plain

@@ -22,7 +22,7 @@ from adaptbot_cli.core.questions import (
     Answer,
     Question,
 )
-from adaptbot_cli.core.refine.calls import known_values
+from adaptbot_cli.core.refine.grounding import known_values
 from adaptbot_cli.core.terms import FALSE, TRUE, local
 
 KEY, THINK, WORDS_A_MINUTE = 0.28, 1.35, 238

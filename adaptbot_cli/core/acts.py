@@ -44,7 +44,7 @@ MOST_ACTS = 1_000
 """How many steps one run tries at most, so that it ends in a world that is never the same."""
 
 GOAL_MET = "goal met"
-"""What a world is told at the end of a task that has met its goal."""
+"""The reason that `Stop` gives a world at the end of a task that has met its goal."""
 
 _UNDONE = "what it brings about does not last"
 """Why a step has failed that was done again and again from the same state."""
@@ -107,8 +107,8 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
 
 
 def _as_often(acting: Acting, tried: Acted) -> int:
-    """How often since the person last helped a step was tried from the same state of things, and
-    came out alike."""
+    """How often a step was tried from the same state with the same outcome, since the person last
+    helped."""
     since = acting.acts[(acting.helps or [0])[-1] :]
     key = key_of(tried.bound), tried.standing, bool(tried.failed)
     return sum((key_of(act.bound), act.standing, bool(act.failed)) == key for act in since)
@@ -278,9 +278,8 @@ def lost(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
 
 
 def is_hopeless(run: Run, acting: Acting) -> bool:
-    """Tell whether to try the last step again would be in vain: it has failed, and was tried from
-    the same state so often before with nothing to help it since, or nobody knows any more where a
-    thing is that it takes."""
+    """Tell whether the last step failed and trying it again would be in vain: it was tried often
+    enough from this state without help, or the place of a thing that it takes is unknown."""
     last = acting.acts[-1] if len(acting.acts) > (acting.helps or [0])[-1] else None
     if last is None or not last.failed:
         return False

@@ -27,7 +27,7 @@ from adaptbot_cli.core.questions import (
     Subject,
 )
 from adaptbot_cli.core.refine import resolve
-from adaptbot_cli.core.refine.calls import known_values
+from adaptbot_cli.core.refine.grounding import known_values
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.sparql import mentions
@@ -130,7 +130,7 @@ def needed_of(name: str, report: Report, scene: Scene, asked: Asked) -> list[Que
 
 
 def place_property(entity: URIRef, scene: Scene) -> Property | None:
-    """Return the property that says where a thing is, if its class has one."""
+    """Return the location property of a thing's class, if it has one."""
     for iri in scene.kg.facts.objects(entity, RDF.type):
         kind = scene.domain.kinds.get(iri)  # type: ignore[call-overload]
         if kind is not None and kind.location_property is not None:
@@ -381,7 +381,7 @@ def rest(
 
 
 def unoffered(asked: Asked, offers: set[str], question: Question | None) -> str | None:
-    """Return a new thing of which nothing more is needed, but that could be told more of."""
+    """Return a new thing that needs no more questions and was not offered further ones yet."""
     about = question.about if question is not None else None
     return next((n for n in taught(asked) if n not in offers and n != about), None)
 

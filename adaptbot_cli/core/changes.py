@@ -30,7 +30,7 @@ class PackEntry:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """What one version says that another does not: single facts, and entries as a whole."""
+    """The differences between two versions: single facts, and entries as a whole."""
 
     delta: Delta = field(default_factory=Delta)
     entries: tuple[PackEntry, ...] = ()
@@ -109,7 +109,7 @@ def by_thing(delta: Delta, words: "Words") -> list[Edited]:
 
 
 PARTS = ACTION_PARTS | {AB.parameters}
-"""What leads from an action to a part of it, which is told with the action."""
+"""The predicates from an action to its parts, which are shown with the action."""
 
 _FIXED = (AB.alias, AB.parameter, AB.value)
 
@@ -248,7 +248,7 @@ def about(delta: Delta) -> frozenset[URIRef]:
 class Status:
     """How a workspace stands: its revision and its last change, edits, waiting transcripts.
 
-    `changes` are what the edits come to; `problem` says why that cannot be told, `faults` what
+    `changes` are what the edits come to; `problem` says why they are unknown, `faults` what
     keeps them from being committed.
     """
 

@@ -129,7 +129,7 @@ def task(found: Task, domain: Domain) -> dict[str, Any]:
 
 
 def kind(domain: Domain, found: Kind) -> dict[str, Any]:
-    """Return what is said and asked about a class as a plain object."""
+    """Return a class with its comment and questions as a plain object."""
     supers = [domain.kinds[iri].label for iri in found.supers[1:] if iri in domain.kinds]
     asked = [domain.properties[iri] for iri in found.asks if iri in domain.properties]
     return {

@@ -134,7 +134,7 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
 
 
 def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[str]]:
-    """Say what is known of what is asked all the same, and where it comes from."""
+    """Format what is known of a question in doubt, with its origin."""
     origins = yield Trace(tuple(teach.short(fact) for fact in facts))
     return [
         f"{KNOWN}: {teach.in_words(fact, run.kg)}{f' ({origin})' if origin else ''}"
@@ -143,7 +143,7 @@ def _as_known(run: Run, facts: tuple[Triple, ...]) -> Generator[Turn, Any, list[
 
 
 def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generator[Turn, Any, None]:
-    """Let the person tell more of a thing, all at once or nothing."""
+    """Offer further questions about a thing, all at once."""
     if not questions:
         return
     answered = run.answered

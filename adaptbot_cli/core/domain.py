@@ -48,7 +48,7 @@ class InitialState:
 class Kind:
     """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable.
 
-    A model is told the names of the members of `prompted` kinds. Nothing is kept in a `hand`.
+    Prompts name the members of `prompted` kinds. Nothing is kept in a `hand`.
     """
 
     iri: URIRef

@@ -107,6 +107,6 @@ def _text(calls: list[Call]) -> str:
 
 
 def rejection(edit: Edit) -> Finding:
-    """Return what a planner is told of a plan that a person has rejected."""
+    """Return the finding of a plan that a person has rejected."""
     because = f": {edit.text}" if edit.text else ""
     return Finding("E504", f"a person has rejected this plan{because}")

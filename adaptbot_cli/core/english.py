@@ -126,10 +126,10 @@ PERSONS = _words("me you him her them us myself yourself")
 """Pronouns of whom something is for."""
 
 CROWDS = _words("family people children us them you")
-"""More than one, without an s; how many, nobody has said."""
+"""Several people in a word without a plural s; their number is unknown."""
 
 EVERYONE = _words("everyone everybody all both")
-"""People whose number nobody has said."""
+"""People whose number is unknown."""
 
 OCCASIONS = _words("""
     breakfast lunch dinner supper brunch tea-time teatime snack meal dessert starter picnic
@@ -157,14 +157,14 @@ UNCOUNTED = (
     r"|(?:again|over)[ ]and[ ](?:again|over)|repeatedly"
     r"|every[ ](?:few[ ]|other[ ]|\d+[ ])?(?:second|minute|hour)s?)\b"
 )
-"""A pattern of how often a thing is done that says no number."""
+"""A pattern of repetitions without a number."""
 
 REPETITIONS = _words("times count repeat repeats repetitions reps iterations loop rounds cycles")
-"""What says in structures and calls how often a step is done."""
+"""The keys of structures and calls that hold the number of repetitions."""
 
 
 def count_of(text: str) -> int:
-    """Return how often "2", "twice" or "3 times" says that a thing is done, 0 if it says none."""
+    """Return the count in "2", "twice" or "3 times", 0 if there is none."""
     words = re.findall(r"-|\d+|[^\W\d]+", text.lower().replace("×", "x")[:40])
     named = [word for word in words if word not in ("x", "times", "time", "more", "full", "whole")]
     if len(named) != 1:

@@ -41,8 +41,8 @@ _MANY = 500
 class Fault:
     """Something that the domain does not allow.
 
-    `plain` tells it in a sentence that begins with the name of the thing; as text it begins with
-    file and entry, and ends with the `remedy`. `facts` are those that it is made of, none if the
+    `plain` is a sentence that begins with the name of the thing; `str` one that begins with file
+    and entry, and ends with the `remedy`. `facts` are those that it is made of, none if the
     pack itself is wrong; `about` is the thing, None likewise.
     """
 
@@ -126,7 +126,7 @@ def _some_faults(kg: Kg, touched: Iterable[Node], pack: bool) -> list[Fault]:
 
 
 def _takes_names(kg: Kg, delta: Delta) -> bool:
-    """Tell whether a change takes away what the pack's tasks and conditions may rest on."""
+    """Whether a change removes a class or name that the pack may refer to."""
     telling = {RDF.type, AB.alias, *kg.named_by}
     return any(predicate in telling for _, predicate, _ in delta.removed)
 
@@ -262,7 +262,7 @@ def _of(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
 
 
 def _alias_faults(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Other names of what is not there; what is absent is said of the domain."""
+    """Other names of what is not there; absence is stated of the domain."""
     actions = {action.iri for action in kg.domain.actions.values()}
     for triple in known:
         subject, predicate, value = triple
@@ -305,8 +305,7 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
 
 
 def _of_no_class(kg: Kg, thing: Node) -> bool:
-    """Whether a thing's class is one that is not there: that is told once, and not again for all
-    that does not fit because of it."""
+    """Whether a thing's class is unknown: that is one fault, not one more for each fact of it."""
     return any(kind not in kg.domain.kinds for kind in kg.facts.objects(thing, RDF.type))
 
 
@@ -378,7 +377,7 @@ def _shared_name(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
 
 
 def _shared_alias(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Another name that was taught for two things, so that it tells neither."""
+    """Another name that two things share, so that it identifies neither."""
     for _, _, value in (triple for triple in known if triple[1] == AB.alias):
         bearers = sorted(kg.facts.subjects(AB.alias, value), key=str)
         if len(bearers) > 1:
@@ -389,7 +388,7 @@ def _shared_alias(kg: Kg, known: Facts) -> Iterator[Fault]:
 
 
 def _inside_itself(kg: Kg, about: Node) -> Iterator[Fault]:
-    """A thing that is in itself, directly or through others; told once for all of them."""
+    """A thing that is in itself, directly or through others: one fault for the whole ring."""
     way = _way_back(kg, about)
     if way:
         start = way.index(min(way, key=str))

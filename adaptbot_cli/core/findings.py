@@ -51,8 +51,8 @@ CODES: dict[str, Code] = {
     "W606": Code("no goal is known for the task", blocks=False),
 }
 """Every code a finding can have. P: the text; E1 to E4: the plan cannot be executed; E5: it misses
-its goal; E6: the world disagrees; W: it runs. W604 and W606 are open until a person has said what
-is meant."""
+its goal; E6: the world disagrees; W: it runs. W604 and W606 are open until a person has
+confirmed what is meant."""
 
 OF_THE_REQUEST = frozenset({"W604", "W606"})
 """The codes of what only a person can mend: no other plan would."""

@@ -56,8 +56,8 @@ class Journal:
     """The replies of a run so far.
 
     `reopened` are the answers that the person went back from: likely ones, when asked again;
-    `follows` tells of each answered question from which other answers its own follows;
-    `quiet` is set while nothing new happens, so that nobody is told a second time; `sealed` once
+    `follows` has for each answered question the answers from which its own follows;
+    `quiet` is set while nothing new happens, so that nothing is shown twice; `sealed` once
     the robot has begun to act: what is done cannot be gone back on.
     """
 

@@ -218,7 +218,7 @@ def attribute_value(kg: Kg, prop: Property, answer: str) -> Node | None:
 def number_trouble(form: str, text: str) -> str:
     """Return what is wrong with a value that is written as `form`; "" if nothing is.
 
-    An empty text says that the value is not known.
+    An empty text means that the value is unknown.
     """
     if not form or not text.strip():
         return ""

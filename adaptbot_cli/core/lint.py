@@ -18,7 +18,7 @@ from adaptbot_cli.core.terms import AB, DATATYPES, FALSE, TRUE, local
 
 _STANDARD = tuple(map(str, (AB, RDF, RDFS, XSD, OWL)))
 THING_LIKE = 0.75
-"""How like a thing's name another must be spelt to be told as the nearest: rice is no brioche."""
+"""How like a thing's name another must be spelt to be suggested: rice is no brioche."""
 
 
 def misnamed(kg: Kg) -> Iterator[str]:
@@ -186,7 +186,7 @@ def _path(predicate: Any) -> Iterator[URIRef]:
 
 
 def lacking(kg: Kg) -> Iterator[str]:
-    """Tell of each thing that tasks need, or name in their goals, and the home does not have."""
+    """Give a sentence for each thing that tasks need or their goals name, and the home lacks."""
     wanted: dict[str, dict[str, None]] = {}
     for task in kg.domain.tasks:
         for name in _lacked(kg, task):

@@ -141,7 +141,7 @@ def _absent(merge: Merge, domain: Domain) -> Iterator[Conflict]:
 
 
 def _around(thing: Node, merge: Merge) -> tuple[Facts, Facts]:
-    """What each side says of a thing, or with it as a value."""
+    """The facts of each side about a thing, or with it as a value."""
     ours, theirs = (
         frozenset(t for t in side if thing in (t[0], t[2])) for side in (merge.ours, merge.theirs)
     )
@@ -195,7 +195,7 @@ def side_of(answer: Answer, asked: Question) -> Side | None:
 
 
 def _origin_text(facts: Facts, conflict: Conflict, kg: Kg) -> str:
-    """What one side says, in words."""
+    """The answer of one side, in words."""
     if conflict.prop is not None:
         mine = [value for _, p, value in sorted(facts) if p == conflict.prop]
         words: dict[Node, str] = {TRUE: "yes", FALSE: "no"}

@@ -1,7 +1,7 @@
 """What the words of a request may name: tasks, things, rooms, constraints, actions, states.
 
-The longest name that begins at a word counts, and a phrase is everything that it may be. What the
-phrases come to is said in `clauses.py`.
+The longest name that begins at a word counts, and a phrase is everything that it may be.
+`clauses.py` puts the phrases together.
 """
 
 from collections.abc import Iterable, Sequence
@@ -138,7 +138,7 @@ class Naming:
         return found, guesses
 
     def _main_name(self, near: str, written: str) -> str:
-        """The name to tell for one that was meant: that of the pack, if it is as like the slip."""
+        """The name to show for the one meant: the name in the pack, if it is as like the slip."""
         named = [task.name for name, task in self.names if name == (near,)]
         named += map(self.kg.name, self.kg.find(near))
         return next(iter(get_close_matches(written, named, 1, A_SLIP)), near)
@@ -300,7 +300,7 @@ class Naming:
         return at
 
     def _numbered(self, name: str) -> tuple[str, ...]:
-        """The things of a name that only a number tells apart: toy_1 and toy_2 of "toys"."""
+        """The things whose names differ in a number only: toy_1 and toy_2 of "toys"."""
         bases = {name, *singulars(name)}
         return tuple(sorted(self.kg.name(thing) for b in bases for thing in self.kg.numbered(b)))
 

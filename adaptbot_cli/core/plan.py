@@ -210,7 +210,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class Parsed:
-    """What a text says as a plan: its calls in order, and what was not understood."""
+    """A text as a plan: its calls in order, and the findings of what cannot be read."""
 
     calls: tuple[Written, ...] = ()
     findings: tuple[Finding, ...] = field(default=())

@@ -93,8 +93,8 @@ class Progress:
 def progress(report: Report, outcome: Outcome | None, kg: Kg) -> Progress:
     """Return the progress lines of the things that a plan touches, from the deltas of its steps.
 
-    `kg` holds the state before the plan. Without an `outcome` it is the rehearsal's changes that
-    are told; a step that could not be taken has none.
+    `kg` holds the state before the plan. Without an `outcome` the changes are those of the
+    rehearsal; a step that could not be taken has none.
     """
     deltas = report.deltas if outcome is None else outcome.deltas
     trace = _Trace(kg, kg.domain.moved)
@@ -163,7 +163,7 @@ class _Trace:
     def _contents(
         self, number: int, moves: Mapping[Node, Node], before: Mapping[Node, Node]
     ) -> None:
-        """Tell places what came and went, and things that what they are in has moved."""
+        """Note what each place gained and lost, and what was carried inside of another thing."""
         left: dict[Node, list[Node]] = {}
         came: dict[Node, list[Node]] = {}
         for thing, place in moves.items():
@@ -180,7 +180,7 @@ class _Trace:
                     self._note(number, thing, "carried", (place,), vessel)
 
     def _together(self, number: int, moves: Mapping[Node, Node]) -> None:
-        """Tell things what they are together with from now on, in a vessel that can be moved."""
+        """Note which things are together from now on, in a vessel that can be moved."""
         joined: dict[Node, list[Node]] = {}
         for thing, place in moves.items():
             if place in self.hands or not self.kg.can_move(place):

@@ -9,7 +9,7 @@ from adaptbot_cli.core.terms import Triple, local
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """One answer of a commit: its number there, the question, what was said, by whom and when.
+    """One answer of a commit: its number there, the question, the answer, by whom and when.
 
     `facts` are what it taught, each with its sign, in short; `suggestion` is why it was likely,
     where a likely answer was taken as it stood.

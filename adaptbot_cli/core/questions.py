@@ -26,7 +26,7 @@ Subject = Literal["item", "action"]
 Key = tuple[str, str, str, str]
 """What makes two questions the same one: kind, about, prop, subject."""
 KNOWN = "the graph says"
-"""How a note begins that tells what is known of what is asked all the same."""
+"""The beginning of a note on what is already known of the question."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +142,7 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the person said.
+    """The person's answer.
 
     `value` is the value of a choice, or "is NAME" for another name of a known item or action, or
     "instead NAME" for a known one that is used in its place in this run only, or "new NAME" for a
@@ -172,7 +172,7 @@ class Answer:
 
     @property
     def new(self) -> str:
-        """The name of the new place that was told, if the answer is one."""
+        """The name of a new place, if the answer is one."""
         return self.value.removeprefix("new ") if self.value.startswith("new ") else ""
 
 

@@ -112,7 +112,7 @@ def understand(
 
 
 def listed(text: str, kg: Kg) -> Task | None:
-    """Return the task of the domain that a text names, if it names one and says nothing else."""
+    """Return the task of the domain that a text names, None if it asks for anything else."""
     reading = understand(text, kg, NoLexicon())
     task = reading.tasks[0] if len(reading.tasks) == 1 else None
     return task if task is not None and task.known and not reading.doubts else None

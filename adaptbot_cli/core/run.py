@@ -69,13 +69,13 @@ class Acting:
 @dataclass(slots=True)
 class Run:
     """A run as far as it has come. `full` has every attribute of a new thing asked, `offers` are
-    the new things that the person was offered to tell more of; `to_edit` is set when the person
+    the new things for which further questions were offered; `to_edit` is set when the person
     wants to change the plan instead of answering, `edits` lead from a plan's text to what the
     person has made of it, `objections` are the texts that the person has rejected; `kept` are the
     lessons that were committed, with the last `revision`, `once` those that hold in this run only;
     `went_back` is set when the person went back from the last review;
     `acting` is what has come of it in a world outside, None if the plan is only rehearsed;
-    `reprompted` are the findings that the planner was told of; `recalled` is the plan that was kept
+    `reprompted` are the findings of earlier prompts; `recalled` is the plan that was kept
     for the task, if there was one."""
 
     kg: Kg

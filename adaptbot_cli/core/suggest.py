@@ -51,7 +51,7 @@ class Near:
 
 
 def words_to_look_up(question: Question, scene: Scene) -> tuple[str, ...]:
-    """Return the words, not yet looked up, that tell how near the known things are."""
+    """Return the words still to be looked up, by which known things are compared with a new one."""
     if question.kind not in ("kind", "place", "attribute") or question.subject != "item":
         return ()
     kinds = [kind.iri for kind in scene.domain.teachable]
@@ -105,7 +105,7 @@ class _Words:
 
 
 def _plain(word: str) -> tuple[bool, int]:
-    """By this the synonym that says most is first: "vegetable", not "veg" or "green_goods"."""
+    """A sort key that puts the plainest synonym first: "vegetable" before "veg", "green_goods"."""
     return "_" in word, -len(word)
 
 
@@ -230,7 +230,7 @@ class Likely:
         return self.scene.trust[key]
 
     def _reason(self, words: "_Words", like: Sequence[URIRef]) -> str:
-        """Tell the nearest of the things that agree, and what they and the new one all are."""
+        """Name the nearest of the things that agree, and a broader word for them all."""
         if like:
             named = [self.words[entity] for entity in like[:2]]
             broader = words.broader(named).replace("_", " ")

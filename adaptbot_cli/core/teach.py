@@ -21,7 +21,7 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.questions import ABSENT, EXISTS, NEW, OLD, Answer, Choice, Key, Question
 from adaptbot_cli.core.refine import resolve
-from adaptbot_cli.core.refine.calls import known_values
+from adaptbot_cli.core.refine.grounding import known_values
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.robots import held_by_others
 from adaptbot_cli.core.scene import Scene
@@ -33,7 +33,7 @@ def lessons(
 ) -> Iterator[Lesson]:
     """Give what an answer teaches, one by one: each is to be taken before the next is asked for.
 
-    A new place is taught before what is kept there; what was said to be kept there waits for it.
+    A new place is taught before what is kept there: answers that name it as a place wait for it.
     """
     kinds = kinds_of_place(question.prop, scene) if answer.new else []
     if len(kinds) == 1 and not scene.kg.find(answer.new):
@@ -110,7 +110,7 @@ def _taught(question: Question, answer: Answer, kind: Kind, scene: Scene) -> Les
 def _learn_action(
     question: Question, answer: Answer, report: Report, scene: Scene, asked: Asked
 ) -> Lesson | None:
-    """What a dialogue about an action has taught; its commit tells what was answered to it all."""
+    """The lesson of a dialogue about an action, with all its answers in the question's text."""
     text = asked[("existence", question.about, "", "action")][1].value
     taught = acting.taught(unknown_action(question.about, report), text, scene.kg, asked)
     if taught is None:
@@ -169,8 +169,8 @@ def _put(name: str, action: Action | None, scene: Scene) -> None:
 def resting_on(keys: Iterable[Key], lessons: Sequence[Lesson]) -> set[Key]:
     """Return the keys of the lessons that go if some do.
 
-    What is told of a thing goes with it; and a new thing goes with where it was said to be kept:
-    a plan that fetches it was judged on that.
+    Facts about a thing go with it; and a new thing goes with its place: a plan that fetches it was
+    judged on that.
     """
     gone = set(keys)
     while True:

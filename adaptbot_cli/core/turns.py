@@ -21,7 +21,7 @@ from adaptbot_cli.core.world import Seen
 
 @dataclass(frozen=True, slots=True)
 class Understood:
-    """Tell what the request was understood to ask for."""
+    """Show how the request was read."""
 
     reading: Reading
 
@@ -46,8 +46,8 @@ class Proposal:
     """The planner's text, as it came, and what it cost; `calls` counts the model's answers.
 
     `failure` says why there is no new text: then it is that of the last plan again. `reasoning` is
-    what the model thought before it wrote the plan; `prompt` the style and the digest of what it
-    was told; `source` where a plan comes from that was kept for the task.
+    what the model thought before it wrote the plan; `prompt` the style and the digest of the
+    prompt; `source` where a plan comes from that was kept for the task.
     """
 
     text: str
@@ -71,7 +71,7 @@ class LookUp:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """Tell what the checks found in the plan and what the remedies made of it."""
+    """Show the report on the plan."""
 
     report: Report
 
@@ -98,14 +98,14 @@ class Amend:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """Offer the person to tell what nothing needs now: the rest of what a kind is asked."""
+    """Offer the person the remaining questions of a class, which nothing needs now."""
 
     questions: tuple[Question, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """Tell that a question is answered as it was before the person went back."""
+    """Show that a question keeps the answer from before the person went back."""
 
     question: Question
     answer: Answer
@@ -120,14 +120,14 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """Tell what an answer taught."""
+    """Show what an answer taught."""
 
     lesson: Lesson
 
 
 @dataclass(frozen=True, slots=True)
 class Executed:
-    """Tell how far the plan came: on a copy of G_s, or in a world outside."""
+    """Show how far the plan came: on a copy of G_s, or in a world outside."""
 
     report: Report
     outcome: Outcome
@@ -156,7 +156,7 @@ class Act:
 
 @dataclass(frozen=True, slots=True)
 class Surprised:
-    """Tell that what was seen is not what was expected."""
+    """Show that an observation differs from the expectation."""
 
     surprise: Delta
 
@@ -173,7 +173,7 @@ class Believe:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Tell the world that no more is to be done, and why; the reply is what is `Seen` last."""
+    """Stop the world, with the reason; the reply is what is `Seen` last."""
 
     task: Task
     why: str
@@ -250,10 +250,10 @@ class Human(Protocol):
 
 @runtime_checkable
 class Volunteer(Protocol):
-    """A human who may tell more than what is needed."""
+    """A human who may answer more than what is needed."""
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
-        """Return an answer for each question, `LATER` where nothing is told."""
+        """Return an answer for each question, `LATER` where there is none."""
         ...
 
 

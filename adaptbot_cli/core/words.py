@@ -1,4 +1,4 @@
-"""Word knowledge as values: what a lexicon says of a word."""
+"""Word knowledge as values: senses and related words of a lexicon."""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol

@@ -28,7 +28,7 @@ class Seen:
     """What a world answers.
 
     `failed` is why a step was not done, "" if it was; `observed` are facts that hold now, `gone`
-    facts that do not. `odd` says what was left out of an answer because it made no sense. `over` is
+    facts that do not. `odd` has what was left out of the reply because it made no sense. `over` is
     `STOPPED` or `LOST` where nothing more can be done in this world, else "".
     `goal` is whether the world says that what was asked for is so, None if it does not say.
     """
@@ -187,7 +187,7 @@ def _may_be(one: Triple, other: Triple, value: Node | None) -> bool:
 def sentences(surprise: Delta, kg: Kg, about: Collection[Node] = ()) -> list[str]:
     """Describe a surprise: one sentence for each property of a thing.
 
-    With `about` only what concerns some things is said.
+    With `about` only what concerns some things is described.
     """
     before = {(s, p): o for s, p, o in sorted(surprise.removed) if not about or s in about}
     found = []

@@ -8,9 +8,9 @@ from adaptbot_cli.core.findings import blocks
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
-from adaptbot_cli.core.refine.calls import in_order, understand
 from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.grounding import in_order, understand
 from adaptbot_cli.core.refine.walk import Walk
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.scene import Scene

@@ -21,7 +21,7 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question
-from adaptbot_cli.core.refine.calls import number
+from adaptbot_cli.core.refine.grounding import number
 from adaptbot_cli.core.summary import summary
 from adaptbot_cli.core.turns import Keep, Proposal, Propose, Review
 from adaptbot_cli.core.tutor import inspect, pursue

@@ -10,8 +10,8 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.refine.calls import attribute_findings, sentence
 from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.grounding import attribute_findings, sentence
 from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.scene import Scene

@@ -99,7 +99,7 @@ def short(iri: URIRef, spaces: Mapping[str, str]) -> str:
 
 
 def clause(message: str) -> str:
-    """Return what a message says must be, without what it must be for: that is another action."""
+    """Return the requirement in a message, without its purpose, which is that of another action."""
     found = _PURPOSE.fullmatch(message)
     return found[1] if found else message
 
@@ -230,7 +230,7 @@ def condition(part: Condition, names: Mapping[str, str], ask: str = "") -> Need:
 
 
 def _wanted(message: str) -> str:
-    """What must hold, from the sentence that says that it does not: "{rec} is not empty"."""
+    """The requirement behind the sentence of its failure: "{rec} is not empty"."""
     if " must " in message:
         return message
     match = re.fullmatch(r"(\{\w+\} is) (\w+)", message)

@@ -31,7 +31,7 @@ from adaptbot_cli.core.learning import safe_name
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.plan import Call
 from adaptbot_cli.core.questions import UNKNOWN, Choice, Question
-from adaptbot_cli.core.refine.calls import number
+from adaptbot_cli.core.refine.grounding import number
 from adaptbot_cli.core.sparql import variables
 from adaptbot_cli.core.terms import FALSE, TRUE, Triple, local
 

@@ -1,5 +1,5 @@
 """From the files of a domain pack to a `Domain`, with sentences for whatever is wrong in them."""
 
-from adaptbot_cli.core.pack.reading import Sources, examine_domain, with_tasks
+from adaptbot_cli.core.pack.examine import Sources, examine_domain, with_tasks
 
 __all__ = ["Sources", "examine_domain", "with_tasks"]

@@ -13,14 +13,14 @@ from adaptbot_cli.core.terms import AB, local
 from adaptbot_cli.errors import PackError
 
 NOTHING = URIRef("")
-"""Stands for an IRI that is missing; its lack has been noted, so nothing more is said of it."""
+"""Stands for an IRI that is missing; its lack has been noted, so it is not noted again."""
 
 
 @dataclass(slots=True)
 class Notes:
     """The faults found so far, in the order found, each once.
 
-    A doubt is a likely fault: it is told by a check, and keeps nothing from being loaded.
+    A doubt is a likely fault: a check reports it, and it keeps nothing from being loaded.
     """
 
     _found: dict[str, None] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class EntryReader:
     def of(
         cls, graph: Graph, file: str, node: Node, notes: Notes, entry: str = ""
     ) -> "EntryReader":
-        """Return the entry at a node; `entry` is the name under which faults are told."""
+        """Return the entry at a node; `entry` is its name in faults."""
         return cls(graph, file, entry or local(node), node, notes)  # type: ignore[arg-type]
 
     def note(self, problem: str, remedy: str) -> None:

@@ -38,7 +38,7 @@ def check_terms(graph: Graph, file: str, notes: Notes) -> None:
 
 
 def check_types(graph: Graph, file: str, types: Collection[Node], notes: Notes) -> None:
-    """Note every entry of a file that says not what it is, and that no other one names."""
+    """Note every entry of a file without a type that no other entry refers to."""
     for subject in sorted({s for s in graph.subjects() if isinstance(s, URIRef)}):
         stated = set(graph.objects(subject, RDF.type))
         misspelt = any(_unknown(kind) for kind in stated)

@@ -9,9 +9,9 @@ from rdflib.term import Node
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, singulars, words
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Task
-from adaptbot_cli.core.refine.calls import Sound, in_order, number, sentence, understand
 from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
+from adaptbot_cli.core.refine.grounding import Sound, in_order, number, sentence, understand
 from adaptbot_cli.core.refine.repair import MOST_ROWS, Aim, aim, all_hold, complete, holds
 from adaptbot_cli.core.refine.resolve import action
 from adaptbot_cli.core.refine.walk import Walk
@@ -311,8 +311,8 @@ def _unused(bounds: Sequence[Bound | None], parsed: Parsed, scene: Scene) -> lis
 def lost_items(old: Parsed, new: Parsed, scene: Scene) -> tuple[str, ...]:
     """Return the required items that an earlier plan names and a new one no longer does.
 
-    A word for several items names them all, and one with a state names its item; an item that a
-    person has said is not there cannot be lost.
+    A word for several items names them all, and one with a state names its item; an item
+    known to be absent cannot be lost.
     """
 
     def named(parsed: Parsed, name: str) -> bool:

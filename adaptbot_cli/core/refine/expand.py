@@ -14,7 +14,7 @@ from adaptbot_cli.core.domain import Action, Parameter
 from adaptbot_cli.core.names import normal, sentence_list, words
 from adaptbot_cli.core.plan import Call, Change
 from adaptbot_cli.core.refine import resolve
-from adaptbot_cli.core.refine.calls import known_values
+from adaptbot_cli.core.refine.grounding import known_values
 from adaptbot_cli.core.scene import Scene
 
 
@@ -65,7 +65,7 @@ def _stands_for(arg: str, parameter: Parameter, action: Action, scene: Scene) ->
 
 
 def _instead(arg: str, parameter: Parameter, action: Action, scene: Scene) -> Found | None:
-    """What the domain says is meant where a thing does not do: the contents of a vessel."""
+    """What the domain puts in the place of a thing that does not fit: the contents of a vessel."""
     known = scene.kg.find(arg)
     if not parameter.instead or not known or any(_does(e, parameter, action, scene) for e in known):
         return None

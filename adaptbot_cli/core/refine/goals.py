@@ -13,7 +13,7 @@ from adaptbot_cli.core.clauses import concerns
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
-from adaptbot_cli.core.refine.calls import sentence
+from adaptbot_cli.core.refine.grounding import sentence
 from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.scene import Scene
@@ -101,7 +101,7 @@ def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
 
 
 def weak(kg: Kg) -> Iterator[str]:
-    """Tell of each task and class of tasks whose own goals are weak where it names nothing else."""
+    """Give a sentence for each task and class of tasks whose own goals are weak."""
     classes = {task.iri: task for task in kg.domain.task_classes.values()}
     own = kg.under(replace(kg.domain, goals=()))
     for task in (*kg.domain.tasks, *classes.values()):

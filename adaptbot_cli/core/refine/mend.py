@@ -13,8 +13,8 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.plan import Call, Finding, Goal, Parsed
 from adaptbot_cli.core.refine import resolve
-from adaptbot_cli.core.refine.calls import known_values, render, understand
 from adaptbot_cli.core.refine.check import examine
+from adaptbot_cli.core.refine.grounding import known_values, render, understand
 from adaptbot_cli.core.refine.repair import LONGEST_REPAIR, MOST_IN_ALL, MOST_ROWS, Search, aim
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene

@@ -11,7 +11,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.domain import Action, Condition, Parameter
 from adaptbot_cli.core.kg import Bindings, Kg
-from adaptbot_cli.core.refine.calls import attribute_findings
+from adaptbot_cli.core.refine.grounding import attribute_findings
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.robots import held_by_another
 from adaptbot_cli.core.sparql import mentions, ruled_out

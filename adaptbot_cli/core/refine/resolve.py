@@ -166,7 +166,7 @@ def _amount(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
 
 
 def _whole(name: str, classes: Sequence[URIRef], scene: Scene) -> Named | None:
-    """A thing, said by a part that stands for it: "the pot's contents", "fridge door"."""
+    """A thing named by a part of it: "the pot's contents", "fridge door"."""
     parts = [word.removesuffix("'s").removesuffix("'") for word in words(name)]
     rest = [w for w in parts if w not in scene.domain.part_words and w not in _ARTICLES]
     found = _called("_".join(rest), classes, scene)

@@ -12,7 +12,7 @@ from adaptbot_cli.core.domain import Condition, Parameter
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
-from adaptbot_cli.core.refine.calls import Sound, attribute_findings, render, sentence
+from adaptbot_cli.core.refine.grounding import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.refine.repair import (
     MOST_DEFAULTS,
     MOST_ROWS,

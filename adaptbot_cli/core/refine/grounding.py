@@ -1,4 +1,4 @@
-"""What can be said of one call without running it: its action, arguments, kinds, attributes."""
+"""From one call to a ground action, without running it: action, arguments, kinds, attributes."""
 
 import re
 from collections.abc import Iterator

@@ -65,7 +65,7 @@ def next_question(
 ) -> Question | None:
     """Return the next question of the dialogue, None if it has ended.
 
-    `said` is how the person has answered whether there is such an action.
+    `text` is the answer to whether there is such an action.
     """
     found = _played(unknown, text, kg, asked)
     return found if isinstance(found, Question) else None
