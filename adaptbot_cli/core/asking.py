@@ -294,7 +294,8 @@ def _action_question(
     if finding.code != "E101" or found is None or found[1].value not in (EXISTS, FIXED):
         return None
     unknown = unknown_action(normal(finding.subject), report)
-    return acting.next_question(unknown, found[1].value, scene.kg, asked)
+    question = acting.played(unknown, found[1].value, scene.kg, asked)
+    return question if isinstance(question, Question) else None
 
 
 def unknown_action(name: str, report: Report) -> acting.Unknown:

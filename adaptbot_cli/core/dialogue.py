@@ -195,7 +195,7 @@ def _settle(run: Run, lesson: Lesson) -> Generator[Turn, Any, Lesson | None]:
     if answer.value == STOP.value:
         run.stopped, answer = True, LATER
     run.asked[question.key] = (question, answer)
-    return teach.settled(lesson, old, run.scene) if answer.value == NEW else None
+    return teach.settled(lesson, old) if answer.value == NEW else None
 
 
 def keep(run: Run) -> Generator[Turn, Any, bool]:
@@ -408,7 +408,7 @@ def judged(run: Run) -> Generator[Turn, Any, None]:
     answer = run.take(question, answer)
     if answer.value == YES and other.iri is not None:
         lesson = Lesson(
-            alias(run.kg, task.name, other.iri),
+            alias(task.name, other.iri),
             question,
             answer,
             f"{task.name} is judged as {other.name}",

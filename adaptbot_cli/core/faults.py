@@ -91,7 +91,8 @@ def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault
     """
     other = domain is not None and domain != kg.domain
     change = _effective(kg, delta)
-    pack = other or _takes_names(kg, change)
+    named_by = {RDF.type, AB.alias, *kg.named_by}  # what the pack refers to things by
+    pack = other or any(predicate in named_by for _, predicate, _ in change.removed)
     touched = _touched(kg, change)
     many = len(touched) > _MANY
     likely = touched & suspects(kg) if many else touched
@@ -123,12 +124,6 @@ def _some_faults(kg: Kg, touched: Iterable[Node], pack: bool) -> list[Fault]:
     ]
     found += [Fault("", text) for text in misnamed(kg)] if pack else []
     return list(dict.fromkeys(found))
-
-
-def _takes_names(kg: Kg, delta: Delta) -> bool:
-    """Whether a change removes a class or name that the pack may refer to."""
-    telling = {RDF.type, AB.alias, *kg.named_by}
-    return any(predicate in telling for _, predicate, _ in delta.removed)
 
 
 def _touched(kg: Kg, delta: Delta) -> set[Node]:

@@ -1,6 +1,6 @@
 """A graph from outside, split by the domain into what can be accepted and what cannot, and why."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from rdflib import RDF, RDFS, BNode, Literal, URIRef
@@ -101,7 +101,14 @@ def _oddities(
     prefixes: Mapping[str, str],
 ) -> Iterator[str]:
     """What is odd in a graph by its own declarations, whatever this home makes of it."""
-    short = _Short(prefixes)
+
+    def short(node: Node) -> str:
+        """Write an IRI with a prefix of the file."""
+        for name, space in sorted(prefixes.items(), key=lambda p: -len(p[1])):
+            if isinstance(node, URIRef) and node.startswith(space):
+                return f"{name}:{node.removeprefix(space)}"
+        return str(node)
+
     if not declarations:
         yield "no class or property declarations"
     else:
@@ -126,21 +133,8 @@ def _oddities(
             yield f"{short(subject)} {short(predicate)} has {len(found)} values: {text}"
 
 
-@dataclass(frozen=True, slots=True)
-class _Short:
-    """Writes IRIs with the prefixes of a file."""
-
-    prefixes: Mapping[str, str]
-
-    def __call__(self, node: Node) -> str:
-        for name, space in sorted(self.prefixes.items(), key=lambda p: -len(p[1])):
-            if isinstance(node, URIRef) and node.startswith(space):
-                return f"{name}:{node.removeprefix(space)}"
-        return str(node)
-
-
 def _elsewhere(
-    facts: frozenset[Triple], declarations: frozenset[Triple], short: _Short
+    facts: frozenset[Triple], declarations: frozenset[Triple], short: Callable[[Node], str]
 ) -> Iterator[str]:
     """Properties on things of another class than the graph itself declares them for."""
     domains = {s: o for s, p, o in declarations if p == RDFS.domain}
@@ -148,6 +142,16 @@ def _elsewhere(
     for subject, predicate, value in declarations:
         if predicate == RDFS.subClassOf:
             above.setdefault(subject, set()).add(value)
+
+    def up(kind: Node) -> set[Node]:
+        """A class and all classes above it."""
+        found, open_ = {kind}, [kind]
+        while open_:
+            new = above.get(open_.pop(), set()) - found
+            found |= new
+            open_ += new
+        return found
+
     kinds: dict[Node, set[Node]] = {}
     for subject, predicate, value in facts:
         if predicate == RDF.type:
@@ -156,19 +160,9 @@ def _elsewhere(
     for subject, predicate, _ in facts:
         wanted = domains.get(predicate)
         for kind in kinds.get(subject, ()) if wanted is not None else ():
-            if wanted is not None and wanted not in _up(kind, above):
+            if wanted is not None and wanted not in up(kind):
                 key = (predicate, wanted, kind)
                 counts[key] = counts.get(key, 0) + 1
     for (predicate, wanted, kind), count in sorted(counts.items()):
         text = f"stands {count} time(s) on a {short(kind)}"
         yield f"{short(predicate)} has domain {short(wanted)} but {text}"
-
-
-def _up(kind: Node, above: Mapping[Node, set[Node]]) -> set[Node]:
-    """A class and all classes above it."""
-    found, open_ = {kind}, [kind]
-    while open_:
-        new = above.get(open_.pop(), set()) - found
-        found |= new
-        open_ += new
-    return found

@@ -52,7 +52,7 @@ class Lesson:
     plan: KeptPlan | None = None
 
 
-def alias(kg: Kg, name: str, entity: URIRef) -> Delta:
+def alias(name: str, entity: URIRef) -> Delta:
     """Return the facts of `name` being another name for a known item or action."""
     return Delta(added=frozenset({(entity, AB.alias, Literal(normal(name)))}))
 
@@ -144,7 +144,7 @@ def attribute_question(
         context=context,
         label=prop.label,
         number=number,
-        follows=_follows(kg, prop),
+        follows=_follows(prop),
     )
 
 
@@ -165,7 +165,7 @@ def _form_of(
     return "place", (*choices, Choice(UNKNOWN, "I don't know", prevents)), ""
 
 
-def _follows(kg: Kg, prop: Property) -> tuple[Follows, ...]:
+def _follows(prop: Property) -> tuple[Follows, ...]:
     """From which answers this property's answer follows."""
     words: dict[Node, str] = {Literal(True): YES, Literal(False): NO}
     return tuple(

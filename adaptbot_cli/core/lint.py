@@ -202,13 +202,7 @@ def lacking(kg: Kg) -> Iterator[str]:
 
 def _lacked(kg: Kg, task: Task) -> Iterator[str]:
     yield from (normal(item) for item in task.required if not kg.find(item))
-    for goal in task.goals:
-        for iri in _named(kg, goal):
-            name = local(iri)
-            # A thing of that name may be here, and yet not be the one that the goal names.
-            yield str(iri) if kg.find(name) else normal(name)
-
-
-def _named(kg: Kg, goal: Goal) -> Iterator[URIRef]:
-    for query in (goal.query, goal.about, goal.helped_by):
-        yield from (iri for iri in unknown(kg, query) if iri in things_in(query))
+    queries = (q for goal in task.goals for q in (goal.query, goal.about, goal.helped_by))
+    for iri in (iri for query in queries for iri in unknown(kg, query) if iri in things_in(query)):
+        # A thing of that name may be here, and yet not be the one that the goal names.
+        yield str(iri) if kg.find(local(iri)) else normal(local(iri))

@@ -1,7 +1,7 @@
 """Progress lines: what becomes of each thing in an executed plan (paper, IV-A and figure 4)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from rdflib import Literal as Value
@@ -76,13 +76,10 @@ class Progress:
             "steps": [{"n": number, "call": call} for number, call in self.steps],
             "lines": [
                 {
-                    "name": line.name,
-                    "kind": line.kind,
-                    "required": line.required,
+                    **asdict(line),
                     "start": line.start or None,
                     "events": [
-                        {"step": e.step, "kind": e.kind, "what": list(e.what), "of": e.of or None}
-                        for e in line.events
+                        {**asdict(e), "what": list(e.what), "of": e.of or None} for e in line.events
                     ],
                 }
                 for line in self.lines

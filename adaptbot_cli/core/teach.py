@@ -94,7 +94,7 @@ def _learn_alias(question: Question, answer: Answer, scene: Scene) -> Lesson | N
         target = next(iter(scene.kg.find(meant)), None)
     if target is None:
         return None
-    delta = learning.alias(scene.kg, question.about, target)
+    delta = learning.alias(question.about, target)
     if answer.instead:
         sentence = f"{normal(meant)} instead of {question.about}, this time only"
         return Lesson(delta, question, answer, sentence, once=True)
@@ -112,8 +112,8 @@ def _learn_action(
 ) -> Lesson | None:
     """The lesson of a dialogue about an action, with all its answers in the question's text."""
     text = asked[("existence", question.about, "", "action")][1].value
-    taught = acting.taught(unknown_action(question.about, report), text, scene.kg, asked)
-    if taught is None:
+    taught = acting.played(unknown_action(question.about, report), text, scene.kg, asked)
+    if not isinstance(taught, acting.TaughtAction):
         return None
     question = replace(question, text=f"{question.text} {' · '.join(taught.notes)}")
     return Lesson(
@@ -272,7 +272,7 @@ def which_stands(
     )
 
 
-def settled(lesson: Lesson, old: Sequence[Triple], scene: Scene) -> Lesson:
+def settled(lesson: Lesson, old: Sequence[Triple]) -> Lesson:
     """Return a lesson that also corrects what it contradicts.
 
     A boolean that is excluded becomes its opposite; any other fact goes.
@@ -295,7 +295,7 @@ def corrected(lesson: Lesson, doubted: Sequence[Triple], scene: Scene) -> Lesson
         if (fact[:2] in found and fact not in lesson.delta.added) or fact[2] in placed
     }
     old = sorted({*contradicted(lesson, scene), *other})
-    return settled(lesson, old, scene) if old else None
+    return settled(lesson, old) if old else None
 
 
 def in_words(fact: Triple, kg: Kg) -> str:

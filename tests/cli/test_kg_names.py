@@ -159,7 +159,7 @@ def test_other_names_and_absences_are_written_and_read_again(
         after = change.after(teaching.home, delta)
         assert all(is_absent(after, name, "item") for name in new)
     else:
-        delta = net(alias(kg, name, egg) for name in new)
+        delta = net(alias(name, egg) for name in new)
         after = change.after(teaching.home, delta)
         assert all(egg in after.find(name) for name in new)
         assert {normal(name) for name in new} <= set(after.aliases(egg))

@@ -20,7 +20,7 @@ def item(name: str, *classes: URIRef, at: Scene | None = None) -> resolve.Named:
 
 def with_alias(name: str, thing: str) -> Kg:
     kg = workshop()
-    kg.learn(learning.alias(kg, name, URIRef(W + thing)))
+    kg.learn(learning.alias(name, URIRef(W + thing)))
     return kg
 
 

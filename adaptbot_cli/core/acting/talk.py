@@ -60,28 +60,14 @@ class TaughtAction:
     replaces: Action | None = None
 
 
-def next_question(
-    unknown: Unknown, text: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
-) -> Question | None:
-    """Return the next question of the dialogue, None if it has ended.
-
-    `text` is the answer to whether there is such an action.
-    """
-    found = _played(unknown, text, kg, asked)
-    return found if isinstance(found, Question) else None
-
-
-def taught(
-    unknown: Unknown, text: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
-) -> TaughtAction | None:
-    """Return what was taught, None if the dialogue goes on or was left. Raises PackError."""
-    found = _played(unknown, text, kg, asked)
-    return found if isinstance(found, TaughtAction) else None
-
-
-def _played(
+def played(
     unknown: Unknown, text: str, kg: Kg, asked: Mapping[Key, tuple[Question, Answer]]
 ) -> Question | TaughtAction | None:
+    """Play the dialogue with the answers so far; `text` is that to whether there is such an action.
+
+    Return the next question, or what was taught at the end; None if the dialogue was left. Raises
+    PackError.
+    """
     talk = _fixed(unknown, kg) if text == FIXED else _new(unknown, kg)
     try:
         question = next(talk)

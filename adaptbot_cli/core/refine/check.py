@@ -9,11 +9,11 @@ from rdflib.term import Node
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, singulars, words
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Task
+from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import Sound, in_order, number, sentence, understand
 from adaptbot_cli.core.refine.repair import MOST_ROWS, Aim, aim, all_hold, complete, holds
-from adaptbot_cli.core.refine.resolve import action
 from adaptbot_cli.core.refine.walk import Walk
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
@@ -31,7 +31,7 @@ def words_to_look_up(calls: Iterable[Call], scene: Scene) -> tuple[set[str], set
     items: set[str] = set()
     actions: set[str] = set()
     for call in calls:
-        if action(call.action, scene).action is None:
+        if resolve.action(call.action, scene).action is None:
             actions.add(normal(call.action))
         items |= {normal(arg) for arg in call.args if not number(arg) and not scene.kg.find(arg)}
     items -= {word for a in scene.domain.actions.values() for p in a.parameters for word in p.words}
@@ -150,7 +150,7 @@ def _needed(calls: Sequence[Call], scene: Scene) -> dict[tuple[Node | None, Node
     does not name all that it is done with."""
     needed: dict[tuple[Node | None, Node], int] = {}
     for place, call in enumerate(calls):
-        known = action(call.action, scene).action
+        known = resolve.action(call.action, scene).action
         if known is None:
             continue
         named: list[Node | None] = [entity for arg in call.args for entity in scene.kg.find(arg)]
@@ -197,16 +197,11 @@ def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) ->
                 why = f"{text}, and it is used where it stands"
             continue
         needless = _needless(text, understand(call, scene).bound, scene)
-        if needless or not _moves(call, scene):
-            return needless
+        known = resolve.action(call.action, scene).action
+        if needless or known is None or not (known.fetches or known.purpose):
+            return needless  # it does more than to move the thing
         why = ""  # it was to be somewhere else, unless it is used all the same
     return why if action.fetches else ""
-
-
-def _moves(call: Call, scene: Scene) -> bool:
-    """Whether a call does nothing but move something: pick it up, put it down."""
-    known = action(call.action, scene).action
-    return known is not None and (known.fetches or known.purpose is not None)
 
 
 def _left_there(bound: Bound, walk: Walk, scene: Scene) -> str:
