@@ -364,7 +364,9 @@ def around(
     if full and question.about in taught(asked):
         found += open_questions(question.about, scene)
     by_key = {each.key: each for each in found if each.key == question.key or each.key not in asked}
-    order = _order(question.about, scene)
+    # in the domain's order: places first, as a rule
+    asks = [p for entity in scene.kg.find(question.about)[:1] for p in _asked_of(entity, scene)]
+    order = {local(prop.iri): n for n, prop in enumerate(dict.fromkeys(asks))}
     first = sorted(by_key.values(), key=lambda each: order.get(each.prop, len(order)))
     return _with_suggestions(first, scene)
 
@@ -410,12 +412,6 @@ def _asked_of(entity: URIRef, scene: Scene) -> list[Property]:
 
 def _kinds(entity: URIRef, scene: Scene) -> list[Kind]:
     return [kind for kind in scene.domain.teachable if scene.kg.is_a(entity, [kind.iri])]
-
-
-def _order(name: str, scene: Scene) -> dict[str, int]:
-    """The domain's order of what is asked of a thing: places first, as a rule."""
-    found = [local(p.iri) for e in scene.kg.find(name)[:1] for p in _asked_of(e, scene)]
-    return {prop: n for n, prop in enumerate(dict.fromkeys(found))}
 
 
 def _with_suggestions(questions: Sequence[Question], scene: Scene) -> tuple[Question, ...]:

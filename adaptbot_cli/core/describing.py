@@ -22,11 +22,7 @@ def action_called(kg: Kg, name: str) -> Action | None:
     wanted = normal(name)
     actions = kg.domain.actions.values()
     own = next((action for action in actions if normal(action.name) == wanted), None)
-    return own or next((a for a in actions if wanted in map(normal, _names(a))), None)
-
-
-def _names(action: Action) -> list[str]:
-    return [*action.aliases, *(name for called in action.called_as for name in called.names)]
+    return own or next((a for a in actions if wanted in map(normal, a.names)), None)
 
 
 def task_called(kg: Kg, name: str) -> Task | None:
@@ -41,7 +37,7 @@ def action(kg: Kg, found: Action) -> dict[str, Any]:
         "action": found.name,
         "iri": str(found.iri),
         "explain": found.explain,
-        "also_called": [*_names(found), *kg.aliases(found.iri)],
+        "also_called": [*found.names[1:], *kg.aliases(found.iri)],
         "parameters": [_parameter(kg.domain, parameter) for parameter in found.parameters],
         "requires": [
             *(

@@ -42,11 +42,9 @@ def keyworded(action: str, named: Iterable[tuple[str, str]]) -> Call:
 
 
 def _literal(arg: str) -> str:
-    return arg if _is_number(arg) else json.dumps(arg, ensure_ascii=False)
-
-
-def _is_number(arg: str) -> bool:
-    return arg.isascii() and arg.replace(".", "", 1).isdigit() and arg[0] != "." and arg[-1] != "."
+    """A number as it is, any other argument in quotes."""
+    digits = arg.isascii() and arg.replace(".", "", 1).isdigit() and "." not in (arg[0], arg[-1])
+    return arg if digits else json.dumps(arg, ensure_ascii=False)
 
 
 @dataclass(frozen=True, slots=True)

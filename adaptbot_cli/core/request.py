@@ -163,7 +163,10 @@ def excluded(entity: Node, task: Task, kg: Kg) -> str:
     if {normal(n) for n in (name, *kg.aliases(entity))} & task.barred:
         return f"the request excludes {name}"
     parts = words(name)
-    if len(parts) > 1 and not named_whole(name, task):
+    text = f" {' '.join(words(task.name))} "
+    # Peanut butter is no butter where the task names it whole.
+    whole = f" {' '.join(parts)} " in text or normal(name) in map(normal, task.required)
+    if len(parts) > 1 and not whole:
         heads = {"_".join(parts[n:]) for n in range(1, len(parts))}
         if heads & task.barred:
             return f"the request excludes {sorted(heads & task.barred)[0]}, which {name} is"
@@ -172,12 +175,6 @@ def excluded(entity: Node, task: Task, kg: Kg) -> str:
         if unsafe and not unsure(entity, rule, kg):
             return rule.message.format(item=name)
     return ""
-
-
-def named_whole(name: str, task: Task) -> bool:
-    """Tell whether a task names a thing by its whole name: peanut butter is no butter then."""
-    text = f" {' '.join(words(task.name))} "
-    return f" {' '.join(words(name))} " in text or normal(name) in map(normal, task.required)
 
 
 def unsure(entity: Node, rule: Constraint, kg: Kg) -> list[URIRef]:

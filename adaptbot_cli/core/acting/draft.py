@@ -22,7 +22,7 @@ from adaptbot_cli.core.learning import entity_iri, safe_name
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.pack.actions import read_action
 from adaptbot_cli.core.sparql import SKIP, prefixes_of, split_update, variables
-from adaptbot_cli.core.terms import AB, TRUE, Triple, local
+from adaptbot_cli.core.terms import AB, FALSE, TRUE, Triple, local
 
 _PART = re.compile(rf"({SKIP})|\?(\w+)|(\s+)", re.DOTALL)
 _PURPOSE = re.compile(r"(.*\bmust\b.*?) (?:to|before) .*", re.DOTALL)
@@ -250,7 +250,7 @@ def _effect_words(action: Action, domain: Domain) -> Iterable[str]:
         known = domain.properties.get(prop)  # type: ignore[call-overload]
         if known is None or str(subject) not in names or isinstance(value, URIRef):
             continue
-        if str(known.range).endswith("#boolean") and str(value) in ("true", "false"):
+        if value in (TRUE, FALSE):
             yield state_words(str(subject), known.iri, value, domain)
 
 

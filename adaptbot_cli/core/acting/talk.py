@@ -132,17 +132,14 @@ def _which_parameter(
     unknown: Unknown, action: Action, left: Sequence[Parameter], fixed: Sequence[CalledAs]
 ) -> Question:
     text = f'Which part of "{action.name}" is always the same?'
-    choices = [Choice(p.name, _takes(p)) for p in left]
+    choices = [
+        Choice(p.name, f"{p.name} ({' or '.join(p.words)})" if p.words else p.name) for p in left
+    ]
     if fixed:
         text = f'Is another part of "{action.name}" always the same?'
         choices.insert(0, Choice(DONE, "no, the plan says the rest"))
     question = _question(unknown, f"part_{len(fixed) + 1}", text, choices)
     return replace(question, notes=(f"the plan says {unknown.call.render()}",))
-
-
-def _takes(parameter: Parameter) -> str:
-    words = " or ".join(parameter.words)
-    return f"{parameter.name} ({words})" if words else parameter.name
 
 
 def _value(unknown: Unknown, parameter: Parameter, kg: Kg) -> Generator[Question, str, Node]:

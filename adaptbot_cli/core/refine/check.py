@@ -8,7 +8,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import normal, singulars, words
-from adaptbot_cli.core.plan import Call, Finding, Parsed, Task
+from adaptbot_cli.core.plan import Call, Finding, Parsed
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
@@ -108,17 +108,12 @@ def _of_the_request(scene: Scene) -> Iterable[Finding]:
     if task.thin:
         message = f'no goal is known for "{task.name}": that it can be executed is all I can tell'
         yield Finding("W606", message, task.name)
-    for name in (*task.required, *(name for name in task.excluded if _in_name(name, task))):
+    called = {part for word in words(task.name) for part in (word, *singulars(word))}
+    named = (name for name in task.excluded if set(words(name)) <= called)  # lime tea without lime
+    for name in (*task.required, *named):
         why = scene.excludes(name)
         if why:
             yield Finding("E505", f"{name} is asked for, and {why}", name)
-
-
-def _in_name(name: str, task: Task) -> bool:
-    """Whether a task is named after something: a lime tea without lime is none."""
-    return set(words(name)) <= {
-        part for word in words(task.name) for part in (word, *singulars(word))
-    }
 
 
 def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:

@@ -8,7 +8,7 @@ from rdflib import Literal
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.domain import Condition, Parameter
+from adaptbot_cli.core.domain import Condition
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
@@ -195,8 +195,9 @@ class Walk:
         return ()
 
     def _no_default(self, bound: Bound) -> Iterator[Finding]:
+        asked = {name for c in bound.action.conditions for name in variables(c.query)}
         for parameter in bound.action.parameters:
-            if parameter.name not in bound.values and _matters(parameter, bound):
+            if parameter.default and parameter.name in asked - bound.values.keys():
                 kinds = map(self.kg.domain.label, parameter.classes)
                 what = f"{' or '.join(kinds)} here that can serve as {parameter.name}"
                 yield Finding("E401", f"there is no {what}", bound.action.name)
@@ -278,8 +279,3 @@ class Walk:
 def _reason(name: str, kg: Kg) -> str:
     absent = is_absent(kg, name, "item") or is_absent(kg, name, "action")
     return f"{name} is not here" if absent else f"nobody has said what {name} is"
-
-
-def _matters(parameter: Parameter, bound: Bound) -> bool:
-    queries = [c.query for c in bound.action.conditions]
-    return bool(parameter.default) and any(parameter.name in variables(q) for q in queries)
