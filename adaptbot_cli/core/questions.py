@@ -129,6 +129,11 @@ class Question:
     further: Names = field(default=Names(), compare=False, repr=False)
     answered: tuple[tuple["Question", "Answer"], ...] = field(default=(), compare=False, repr=False)
 
+    def __post_init__(self) -> None:
+        """Take any tuple of names as `known`."""
+        if not isinstance(self.known, Names):
+            object.__setattr__(self, "known", Names(self.known))
+
     @property
     def key(self) -> Key:
         """What makes two questions the same one."""

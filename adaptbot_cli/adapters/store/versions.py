@@ -212,7 +212,9 @@ class Versions:
             known = _Cache.of_lines(b"\n".join([*new, *([known.data[_AT:]] if since else [])]))
             self.repo.cache(self.domain, known.data)
             self.__dict__["_known"] = known
-        yield from known.about([_as_json(text)[1:-1].encode() for text in about])
+        yield from known.about(
+            [_as_json(text)[1:-1].encode("utf-8", "surrogatepass") for text in about]
+        )
 
     def taught_by(self, commit: Commit) -> CommitDelta:
         """Return what a commit changed of the domain."""
