@@ -33,8 +33,7 @@ def read(kind: str, key: str) -> bytes | None:
 def write(kind: str, key: str, data: bytes, most: int) -> None:
     """Keep bytes under a key; of more than `most` of a kind those longest unused go."""
     with suppress(OSError):  # a disk that is full or read-only
-        path = _folder(kind) / key
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        path = folder(kind) / key
         new = path.with_name(f"{path.name}.{os.getpid()}")
         new.write_bytes(data)
         new.replace(path)

@@ -1,6 +1,5 @@
 """Draw the pictures of the documentation: `python docs/screens.py`. Dialogues need tmux."""
 
-import io
 import os
 import subprocess
 import sys
@@ -8,10 +7,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from rich.console import Console
 from rich.terminal_theme import TerminalTheme
 from rich.text import Text
 
+from adaptbot_cli.adapters.display.cells import recorder
 from adaptbot_cli.cli.common import show_opening
 from adaptbot_cli.session.build import Request, build
 from adaptbot_cli.workspace import Workspace
@@ -40,14 +39,7 @@ def draw(name: str, task: str, answers: str, width: int, world: str | None = Non
         told = Path(folder) / "answers.yaml"
         told.write_text(answers, encoding="utf-8")
         request = Request(task, "kitchen", model="library", answers=told, world=world)
-        console = Console(
-            record=True,
-            width=width,
-            file=io.StringIO(),
-            highlight=False,
-            force_terminal=True,
-            color_system="standard",
-        )
+        console = recorder(width)
         show_opening(console, task, "kitchen", "plan library", "from --model")
         with build(request, Workspace(Path(folder) / "home"), {}, console, None) as session:
             result = session.run()
@@ -85,9 +77,7 @@ def record(name: str, task: str, keys: tuple[str, ...], width: int, lines: int) 
                     time.sleep(1)
         finally:
             tmux("kill-server")
-    console = Console(
-        record=True, width=width, file=io.StringIO(), force_terminal=True, color_system="standard"
-    )
+    console = recorder(width)
     for line in screen.rstrip().splitlines()[-lines:]:
         console.print(Text.from_ansi(line), soft_wrap=True)
     picture = console.export_svg(title=f'adaptbot run "{task}"', theme=THEME, unique_id=name)

@@ -297,10 +297,6 @@ class Kg:
         found = map(URIRef, self.spellings.things(BASE, base))
         return tuple(t for t in found if self.classes(t) and _is_numbered(self.name(t), base))
 
-    def bases(self) -> list[str]:
-        """Return the names that things have or had, normal and without a number, each once."""
-        return self.spellings.bases()
-
     def _folded(self, name: str, predicates: Iterable[URIRef]) -> tuple[URIRef, ...]:
         """The things that some predicates call so but for accents, case and separators."""
         base, number = parted(name)
@@ -551,12 +547,14 @@ class Kg:
     def learn(self, delta: Delta) -> None:
         """Change the graph for good and forget what was worked out from the old one."""
         size, subjects = self._known.size, {s for s, _, _ in delta.removed | delta.added}
-        before = [self._edges(subject) for subject in subjects] if size else []
+        had = {subject: self._edges(subject) for subject in subjects} if size else {}
         self.apply(delta)
-        after = [self._edges(subject) for subject in subjects] if size else []
         if size:
-            nodes = sum(map(bool, after)) - sum(map(bool, before))
-            size = size[0] + nodes, size[1] + sum(after) - sum(before)
+            has = {subject: self._edges(subject) for subject in subjects}
+            size = (
+                size[0] + sum(bool(has[s]) - bool(had[s]) for s in subjects),
+                size[1] + sum(has[s] - had[s] for s in subjects),
+            )
         self._known = _Known(size=size)
         if self._names is not None:
             named = ((str(s), t) for s in subjects for t in self._every_name(s))

@@ -393,7 +393,7 @@ class Naming:
         fields = self.domain.noun_fields
         if not any(self.senses(name) for name in called):
             return
-        for name in sorted(self.kg.bases()):
+        for name in sorted(self.kg.spellings.bases()):
             above = self.lexicon.related(name, fields) if not called & {name} else ()
             if any(r.word in called and r.relation == "hypernym" and r.sense == 1 for r in above):
                 yield from (name, *(normal(self.kg.name(e)) for e in self.kg.numbered(name)))

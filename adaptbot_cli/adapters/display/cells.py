@@ -1,5 +1,6 @@
 """Text from outside as plain text, marks, counts, and the layouts that all tables share."""
 
+import io
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -26,6 +27,18 @@ class Mark:
 
     sign: str
     style: str
+
+
+def recorder(width: int) -> Console:
+    """Return a console that shows nothing and remembers it in colour, to be exported."""
+    return Console(
+        record=True,
+        width=width,
+        file=io.StringIO(),
+        highlight=False,
+        force_terminal=True,
+        color_system="standard",
+    )
 
 
 GOOD = Mark("✓", "green")

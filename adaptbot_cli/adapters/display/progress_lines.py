@@ -1,15 +1,14 @@
 """Progress lines as pictures: for the terminal, as SVG, as a Mermaid flowchart."""
 
-import io
 import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from adaptbot_cli.adapters.display.cells import plain_text
+from adaptbot_cli.adapters.display.cells import plain_text, recorder
 from adaptbot_cli.core.progress import Event, Progress, ProgressLine
 from adaptbot_cli.core.visible import visible
 
@@ -37,14 +36,7 @@ def svg(progress: Progress) -> str:
     """Return the chart as an SVG document, with room for every name and word of it."""
     first, steps = _NARROWEST * 4, max(len(progress.steps), 1)
     width = _LONGEST_NAME + 2 + first + steps * _WIDEST
-    console = Console(
-        record=True,
-        width=width,
-        file=io.StringIO(),
-        highlight=False,
-        force_terminal=True,
-        color_system="standard",
-    )
+    console = recorder(width)
     console.print(progress_lines(progress, width))
     return console.export_svg(title="adaptbot progress", unique_id="lines")
 

@@ -54,10 +54,11 @@ def open_copy(
     except OSError:
         return None
     kept = folder / _key(parts)
-    with suppress(*_UNUSABLE):
-        return _linked(kept, domain, _own(folder))
-    with suppress(OSError):  # it is damaged, where it is there
-        _remove(kept)
+    if kept.exists():
+        with suppress(*_UNUSABLE):
+            return _linked(kept, domain, _own(folder))
+        with suppress(OSError):  # it is damaged
+            _remove(kept)
     own = _own(folder)
     with suppress(OSError, RuntimeError, sqlite3.Error):
         store = pyoxigraph.Store(str(own / _GRAPH))

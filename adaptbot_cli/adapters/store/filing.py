@@ -15,7 +15,7 @@ import pyoxigraph
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.files import MOST
-from adaptbot_cli.adapters.store.reading import FACT_FILES, fact_files
+from adaptbot_cli.adapters.store.reading import FACT_FILES, fact_files, main_file
 from adaptbot_cli.adapters.store.turtle import (
     KNOWN_PREFIXES,
     Writer,
@@ -47,24 +47,27 @@ class Filing:
     kg: Kg
     _grown: dict[str, int] = field(default_factory=dict)
     _new: dict[tuple[str, Node], str] = field(default_factory=dict)
+    _found: dict[tuple[str, Node], list[str]] = field(default_factory=dict)
 
     def holding(self, file: str, subject: Node) -> list[str]:
         """Return the files, `file` or in its folder, in which there may be facts of a subject."""
         family = self._family(file)
         if len(family) < 2:
             return family or [file]
-        return [name for name in family if self._has(name, subject)]
+        if (file, subject) not in self._found:
+            found = [name for name in family if self._has(name, subject)]
+            self._found[file, subject] = found
+        return self._found[file, subject]
 
     def filed(self, file: str, subject: Node, added: Collection[Triple]) -> str:
         """Return the file, `file` or one in its folder, in which a new fact is to stand: that of
         its subject, else the one that things of its sort are filed in."""
-        family = self._family(file)
-        if len(family) < 2:
-            return file
-        found = [name for name in family if self._has(name, subject)]
-        if found:
-            return found[-1]
         if (file, subject) not in self._new:
+            # What the graph does not know stands in no file: none is searched for it.
+            is_known = len(self._family(file)) < 2 or (subject, None, None) in self.kg.facts
+            found = self.holding(file, subject) if is_known else []
+            if found:
+                return found[-1]
             self._new[file, subject] = self._next(file, self._sort(subject, added))
         name = self._new[file, subject]
         self._grown[name] = self._grown.get(name, 0) + _A_FACT
@@ -72,7 +75,7 @@ class Filing:
 
     def heading(self, name: str) -> bytes:
         """Return what a new file begins with: the prefixes of the first of its kind."""
-        return _declared(self._prefixes(_file(name)))
+        return _declared(self._prefixes(main_file(name)))
 
     def split(self) -> dict[str, bytes | None]:
         """Return the files of facts as they are after the split; None for one that is no more.
@@ -125,7 +128,7 @@ class Filing:
     def _families(self) -> dict[str, list[str]]:
         found: dict[str, list[str]] = {}
         for name in fact_files(self.files):
-            found.setdefault(_file(name), []).append(name)
+            found.setdefault(main_file(name), []).append(name)
         return found
 
     def _has(self, name: str, subject: Node) -> bool:
@@ -157,11 +160,6 @@ class Filing:
         name = _named(file, sort, number)
         size = len(self.files.get(name, b"")) + self._grown.get(name, 0)
         return _named(file, sort, number + (size > SIZE))
-
-
-def _file(name: str) -> str:
-    folder, inside, _ = name.partition("/")
-    return f"{folder}.ttl" if inside else name
 
 
 def _declared(prefixes: Mapping[str, str]) -> bytes:

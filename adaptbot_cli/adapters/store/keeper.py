@@ -14,7 +14,6 @@ from pathlib import Path
 from rdflib import RDF, RDFS, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.adapters.store import copies
 from adaptbot_cli.adapters.store import files as disk
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.filing import Filing
@@ -278,6 +277,8 @@ class Keeper:
             revision = repo.commit(written, message, self.origin.now(), apart, staged)
             held.learn(change, changed)
             if self.large is not None and is_large(held.files, self.large):
+                from adaptbot_cli.adapters.store import copies
+
                 copies.keep_copy(held.kg, parts_of(held.files))
             return revision
 
@@ -399,12 +400,12 @@ def start(
         head = repo.head()
         paths = paths_of(domain, found, repo.folder(f"kg/{domain}", head) if head else ())
         known = repo.blobs(head, paths) if head else {}
-        unknown = {path for path in paths if disk.read(root, path) is not None}
-        unknown -= new.keys()
-        if known or (unknown and faults(kg)):
+        there = {f"{own}{name}": data for name, data in found.items()}
+        unknown = set() if known else there.keys() & set(paths) - new.keys()
+        if unknown and faults(kg):
             unknown = set()
         if new or unknown:
-            contents = {**new, **{path: disk.read(root, path) for path in unknown}}
+            contents = {**new, **{path: there[path] for path in unknown}}
             repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
         edited = tuple(repo.dirty(paths))
         return WorkspaceStart(repo.head(), edited, kg, found, tuple(_notes(repo, found)))

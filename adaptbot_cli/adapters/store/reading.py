@@ -27,19 +27,20 @@ _ORDER = (*FACT_FILES, "actions.ttl", "tasks.ttl", "domain.ttl")
 
 def graph_of(name: str) -> URIRef | None:
     """Return the named graph that a file of a domain is read into; None if it holds no facts."""
+    return FACT_FILES.get(main_file(name))
+
+
+def main_file(name: str) -> str:
+    """Return the file beside whose folder a file of facts stands, such as state.ttl for
+    state/1.ttl; of any other file itself."""
     folder, inside, _ = name.partition("/")
-    return FACT_FILES.get(f"{folder}.ttl" if inside else name)
+    return f"{folder}.ttl" if inside else name
 
 
 def in_order(names: Iterable[str]) -> list[str]:
     """Return the names of a domain's files, each once: facts first, what they rest on last."""
     known = {name for name in names if name in _ORDER or graph_of(name) is not None}
-    return sorted(known, key=lambda name: (_ORDER.index(_first(name)), name))
-
-
-def _first(name: str) -> str:
-    folder, inside, _ = name.partition("/")
-    return f"{folder}.ttl" if inside else name
+    return sorted(known, key=lambda name: (_ORDER.index(main_file(name)), name))
 
 
 def fact_files(names: Iterable[str]) -> list[str]:

@@ -14,6 +14,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 from urllib.parse import urljoin
@@ -43,8 +44,14 @@ _LETTER: Final = (
     r"A-Za-z\u00C0-\u00D6\u00D8-\u00F6\u00F8-\u02FF\u0370-\u037D\u037F-\u1FFF\u200C-\u200D"
     r"\u2070-\u218F\u2C00-\u2FEF\u3001-\uD7FF\uF900-\uFDCF\uFDF0-\uFFFD\U00010000-\U000EFFFF"
 )
+
+
 # Without full stops and escapes, which are legal but read badly.
-_LOCAL: Final = rf"[{_LETTER}_0-9][{_LETTER}_0-9\-\u00b7\u0300-\u036F]*"
+@cache
+def _local() -> re.Pattern[str]:
+    return re.compile(rf"[{_LETTER}_0-9][{_LETTER}_0-9\-\u00b7\u0300-\u036F]*")
+
+
 _PREFIX: Final = re.compile(r"(?:[A-Za-z](?:[A-Za-z0-9_.-]*[A-Za-z0-9_-])?)?")
 _BARE: Final = {
     str(XSD.boolean): re.compile(r"true|false"),
@@ -71,8 +78,14 @@ _NAME: Final = (
     rf"(?:\.++(?={_CHAR}|\\.){_CHARS})*"
 )
 _SKIP: Final = re.compile(_SPACE)
-_TOKEN: Final = rf"(?s:{_STRING}|{_IRI}|{_NUMBER}|{_NAME}|@[A-Za-z0-9-]+|.)"
-# `_LOCAL` and `_TOKEN` are compiled when something is written: that takes 30 ms.
+
+
+@cache
+def _token() -> re.Pattern[str]:
+    """What a document consists of; compiled when something is written, for that takes 20 ms."""
+    return re.compile(rf"{_STRING}|{_IRI}|{_NUMBER}|{_NAME}|@[A-Za-z0-9-]+|.", re.DOTALL)
+
+
 _SPARQL_DIRECTIVE: Final = re.compile(
     rf"(?i:prefix){_SPACE}[^\s:<#]*+:{_SPACE}{_IRI}|(?i:base){_SPACE}{_IRI}"
     rf"|(?i:version){_SPACE}(?:{_STRING})",
@@ -116,8 +129,7 @@ def statements(text: str) -> Iterable[Statement]:
 def _read_statements(text: str) -> Iterator[Statement]:
     """The same for a document that is written in another way."""
     position = _SKIP.match(text).end()  # type: ignore[union-attr]
-    token_at = re.compile(_TOKEN).match
-    while head := token_at(text, position):
+    while head := _token().match(text, position):
         directive = _SPARQL_DIRECTIVE.match(text, position)
         end = directive.end() if directive else len(text)
         if not directive:
@@ -129,8 +141,8 @@ def _read_statements(text: str) -> Iterator[Statement]:
 
 def tokens(text: str, place: Statement) -> Iterator[re.Match[str]]:
     """Give the tokens of a statement, without white space and comments."""
-    position, token_at = place.start, re.compile(_TOKEN).match
-    while position < place.end and (token := token_at(text, position)):
+    position = place.start
+    while position < place.end and (token := _token().match(text, position)):
         yield token
         position = _SKIP.match(text, token.end()).end()  # type: ignore[union-attr]
 
@@ -188,7 +200,7 @@ class Writer:
         for prefixes in (self.prefixes, self.spare):
             fitting = [(-len(space), n) for n, space in prefixes.items() if iri.startswith(space)]
             for length, name in sorted(fitting):
-                if re.fullmatch(_LOCAL, iri[-length:]):
+                if _local().fullmatch(iri[-length:]):
                     if prefixes is self.spare:
                         self.used.add(name)
                     return f"{name}:{iri[-length:]}"

@@ -18,7 +18,7 @@ from pyoxigraph import BlankNode, Literal
 from rdflib import RDFS
 from rdflib.term import Node
 
-from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.files import names_of_pack, read_files
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import graph_of, in_order, paths_of
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
@@ -184,7 +184,8 @@ class Versions:
         """Return the names of the files that differ from the last commit."""
         head = self.repo.head()
         known = self._blobs(head) if head else {}
-        dirty = self.repo.dirty(paths_of(self.domain, self.files(None), known))
+        there = names_of_pack(self.repo.root / self.folder, self.repo.root)
+        dirty = self.repo.dirty(paths_of(self.domain, there, known))
         return [path.removeprefix(f"{self.folder}/") for path in dirty]
 
     def between(self, before: Mapping[str, bytes], after: Mapping[str, bytes]) -> Changes:
