@@ -124,17 +124,17 @@ class Workspace:
     named_by: str = "--workspace"
     passed_over: tuple[Path, ...] = ()
 
-    def setting(self, name: str, said: Any = None) -> Any:
-        """Return what holds of a setting: what is `said` on the command line, what a file says, or
+    def setting(self, name: str, given: Any = None) -> Any:
+        """Return what holds of a setting: what is `given` on the command line, what a file says, or
         the default."""
-        return said if said is not None else self.settings.get(name, SETTINGS[name].default)
+        return given if given is not None else self.settings.get(name, SETTINGS[name].default)
 
     def origin(self, name: str, environ: Mapping[str, str]) -> tuple[Any, str]:
         """Return what holds of a setting unless a command line says otherwise, and from where: a
         file, a variable of the environment, or "" for the default."""
-        setting, said = SETTINGS[name], environ.get(SETTINGS[name].variable, "")
-        if said and (setting.first or name not in self.settings):
-            return said, setting.variable
+        setting, given = SETTINGS[name], environ.get(SETTINGS[name].variable, "")
+        if given and (setting.first or name not in self.settings):
+            return given, setting.variable
         file = self.files_of.get(name)
         return self.setting(name), "" if file is None else str(file)
 

@@ -197,7 +197,7 @@ def opened(
     domain: str,
     model: str | None,
     api_base: str | None = None,
-    said_by: str = "--model",
+    named_by: str = "--model",
     robot: str = "",
 ) -> "Chosen":
     """Choose who plans and print what is pursued, who plans and why, before anything slow; a model
@@ -206,7 +206,7 @@ def opened(
 
     home.folder(domain)
     note_ignored(home)
-    chosen = choose(model, home.settings, os.environ, api_base, said_by)
+    chosen = choose(model, home.settings, os.environ, api_base, named_by)
     where = f"{domain} as {robot}" if robot else domain
     show_opening(screen, task, where, chosen.name, chosen.why)
     if chosen.model is not None:

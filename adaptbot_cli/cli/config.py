@@ -36,14 +36,14 @@ def config(
     home = workspace(workspace_dir)
     if key and key not in SETTINGS:
         raise UsageError(f"there is no setting {key!r}; {meant(key)}")
-    told = [_setting(home, name, os.environ) for name in ([key] if key else SETTINGS)]
+    rows = [_setting(home, name, os.environ) for name in ([key] if key else SETTINGS)]
     if key and json:
-        print_json(told[0])
+        print_json(rows[0])
     elif json:
         where = {"root": str(home.root), "named_by": home.named_by}
-        print_json({"workspace": where, "settings": told, "secrets": _secrets(os.environ)})
+        print_json({"workspace": where, "settings": rows, "secrets": _secrets(os.environ)})
     else:
-        console().print(_table(home, told, {} if key else _secrets(os.environ)))
+        console().print(_table(home, rows, {} if key else _secrets(os.environ)))
 
 
 def _setting(home: "Workspace", name: str, environ: Mapping[str, str]) -> dict[str, Any]:
@@ -54,12 +54,12 @@ def _setting(home: "Workspace", name: str, environ: Mapping[str, str]) -> dict[s
     value, where = home.origin(name, environ)
     mine = str(trust.own_settings_file())
     sources = {SETTINGS[name].variable: "environment", mine: "own file", "": "default"}
-    told = {"name": name, "value": _shown(value), "source": sources.get(where, "workspace")}
-    told |= {"where": where or None, "ignored": None}
+    record = {"name": name, "value": _shown(value), "source": sources.get(where, "workspace")}
+    record |= {"where": where or None, "ignored": None}
     if name in home.ignored:
         file = str(home.root / CONFIG)
-        told["ignored"] = {"value": _shown(home.ignored[name]), "where": file}
-    return told
+        record["ignored"] = {"value": _shown(home.ignored[name]), "where": file}
+    return record
 
 
 def _shown(value: Any) -> Any:
@@ -79,7 +79,7 @@ def _secrets(environ: Mapping[str, str]) -> dict[str, bool]:
 
 
 def _table(
-    home: "Workspace", told: list[dict[str, Any]], secrets: dict[str, bool]
+    home: "Workspace", rows: list[dict[str, Any]], secrets: dict[str, bool]
 ) -> "RenderableType":
     from rich.console import Group
     from rich.text import Text
@@ -99,7 +99,7 @@ def _table(
     mine, here = str(trust.own_settings_file()), str(home.root / CONFIG)
     called = {mine: "your own file", here: "workspace file", None: "default"}
     table = columns(None, None, None)
-    for row in told:
+    for row in rows:
         value, quiet = row["value"], "dim" if row["where"] is None else ""
         text = absent.get(row["name"], "not set") if value is None else _plain(value)
         where = plain_text(called.get(row["where"], row["where"]), "dim")
@@ -107,7 +107,7 @@ def _table(
         if row["ignored"]:
             text = f"! {_plain(row['ignored']['value'])} is ignored until `adaptbot trust`"
             table.add_row("", plain_text(text, "yellow"), plain_text("workspace file", "dim"))
-    if len(told) == 1:
+    if len(rows) == 1:
         return table
     places = columns(None, None)
     for name, text in (

@@ -173,8 +173,8 @@ def _end(error: AdaptbotError, arguments: list[str], debug: bool) -> NoReturn:
         code = type(error).__name__.removesuffix("Error").lower()
         text, _, remedy = str(error).rpartition("; ")
         message = text or remedy
-        told = {"code": code, "message": message, "remedy": remedy if text else None}
-        print_json({"error": told})
+        record = {"code": code, "message": message, "remedy": remedy if text else None}
+        print_json({"error": record})
     raise SystemExit(error.exit_code) from None
 
 

@@ -146,7 +146,7 @@ def run(
         dry_run=dry_run,
         apply=apply,
         record=record,
-        **{name: home.setting(name, said) for name, said in asdict(limits).items()},
+        **{name: home.setting(name, given) for name, given in asdict(limits).items()},
         temperature=home.setting("temperature", temperature),
         seed=home.setting("seed", seed),
         full=full,

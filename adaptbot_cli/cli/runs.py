@@ -316,7 +316,7 @@ def resume(
     chosen = opened(screen, home, task, domain, model, base, _ORIGIN, robot)
     limits = {**home.settings, **record} if not own else record
     options = build.recorded(header, own) | {
-        name: limits.get(name) if said is None else said for name, said in asdict(given).items()
+        name: limits.get(name) if value is None else value for name, value in asdict(given).items()
     }
     request = build.Request(
         task=task,

@@ -52,8 +52,8 @@ def trust(
         trusting.trust(path, content)
         out.print(noted(GOOD, "trusted, until it changes"))
     if json:
-        told_of = {name: str(value) for name, value in settings.items()}
-        print_json({"file": str(path), "settings": told_of, "trusted": not revoke})
+        shown = {name: str(value) for name, value in settings.items()}
+        print_json({"file": str(path), "settings": shown, "trusted": not revoke})
     return 0
 
 

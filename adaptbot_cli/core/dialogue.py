@@ -80,7 +80,7 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
         else:
             break
         if len(run.lessons) > known:
-            report = yield from look_at(run, report.text, tell=False)
+            report = yield from look_at(run, report.text, show=False)
             shown = False
     if not shown:
         yield Checked(report)
@@ -94,7 +94,7 @@ def ask_about(run: Run, report: Report, question: Question) -> Generator[Turn, A
         known = len(run.lessons)
         yield from _ask_together(run, report, following)
         if len(run.lessons) > known:
-            report = yield from look_at(run, report.text, tell=False)
+            report = yield from look_at(run, report.text, show=False)
         following = asking.following(question.about, report, run.scene, run.asked)
     return report
 

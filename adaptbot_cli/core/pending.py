@@ -109,7 +109,7 @@ def _plans(waiting: Iterable[Waiting], shared: _Shared) -> Generator[Turn, Any, 
     plans = []
     for each in waiting:
         run = shared.run(each.task)
-        report = yield from look_at(run, each.plan, tell=False)
+        report = yield from look_at(run, each.plan, show=False)
         plans.append(_Plan(run, report, each.unknown))
     return plans
 
@@ -154,7 +154,7 @@ def _sitting(waiting: Sequence[Waiting], shared: _Shared) -> Generator[Turn, Any
         yield from ask_about(asker.run, asker.report, first)
         stopped = asker.run.stopped
         for plan in plans if len(shared.lessons) > known else ():
-            plan.report = yield from look_at(plan.run, plan.report.text, tell=False)
+            plan.report = yield from look_at(plan.run, plan.report.text, show=False)
     names = dict.fromkeys(plan.run.task.name for plan in plans)
     keeper = shared.run(Task(", ".join(names)))
     yield from keep(keeper)
@@ -173,7 +173,7 @@ def _sitting(waiting: Sequence[Waiting], shared: _Shared) -> Generator[Turn, Any
 
 def _judged(plan: _Plan) -> Generator[Turn, Any, Result]:
     """What a plan is worth now, as a run would see it with nobody to ask."""
-    plan.report = yield from look_at(plan.run, plan.report.text, tell=False)
+    plan.report = yield from look_at(plan.run, plan.report.text, show=False)
     report = yield from set_aside(plan.run, plan.report)
     outcome: Outcome | None = None
     if report.executable:

@@ -144,7 +144,7 @@ def refuted_last(run: Run, question: Question) -> Question:
     return replace(question, choices=tuple(sorted(choices, key=lambda c: c.value in gone)))
 
 
-def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Report]:
+def look_at(run: Run, text: str, show: bool = True) -> Generator[Turn, Any, Report]:
     """Parse, check, refine and repair a plan's text; look up words that the KG does not know."""
     parsed = run.parse(text)
     calls = [written.call for written in parsed.calls]
@@ -161,7 +161,7 @@ def look_at(run: Run, text: str, tell: bool = True) -> Generator[Turn, Any, Repo
     report = with_remedies(examine(parsed, text, run.scene), run.scene)
     if text in run.objections:
         report = replace(report, findings=(*report.findings, run.objections[text]))
-    if tell:
+    if show:
         yield Checked(report)
     return report
 

@@ -154,8 +154,8 @@ def pursue_each(
         finding = Finding("W604", message, reading.refused)
         results = [Result(Report(Task(""), "", (), (finding,)), None, Usage())]
     usage = results[0].usage
-    told_by = [each for each in asked if each[1].value != LATER.value]
-    usage = replace(usage, questions=usage.questions + len(told_by))
+    answered = [each for each in asked if each[1].value != LATER.value]
+    usage = replace(usage, questions=usage.questions + len(answered))
     results[0] = replace(results[0], questions=(*asked, *results[0].questions), usage=usage)
     unmet = [f"{name}: {why}" for name, why in over if why != GOAL_MET]
     if unmet and results[-1].outcome is not None:

@@ -94,7 +94,7 @@ def cluster(address: str, world: Basis, rules: Rules) -> Iterator[Pool]:
         given, topic = rules, f"{_PACKAGE} {uuid.uuid4()}"
         if rules.answers is not None:
             keep = rules.answers.keep
-            given = replace(rules, answers=_Told(topic, dict(rules.answers.known())))
+            given = replace(rules, answers=_RelayedAnswers(topic, dict(rules.answers.known())))
             client.subscribe_topic(topic, lambda event: keep(event[1]))
         # The result of a task, not scattered: where its worker dies, another one works it out.
         data = pickle.dumps((world, given, _state()))
@@ -196,7 +196,7 @@ def _same_everywhere(client: "Client", address: str, seconds: float) -> None:
     message = {"op": "versions", **asked}
     everyone = partial(scheduler.broadcast, msg=message, on_error="ignore")
     try:
-        told = {
+        versions = {
             "the scheduler": client.sync(
                 partial(scheduler.versions, **asked), callback_timeout=seconds
             )
@@ -207,9 +207,9 @@ def _same_everywhere(client: "Client", address: str, seconds: float) -> None:
             f"not every worker of the cluster at {address} answers within {seconds:g} s; stop "
             "those that do not"
         ) from error
-    told |= {f"the worker at {worker}": workers[worker] for worker in workers}
+    versions |= {f"the worker at {worker}": workers[worker] for worker in workers}
     ours = _versions(get_versions(**asked))
-    for who, theirs in told.items():
+    for who, theirs in versions.items():
         for name, version in _versions(theirs).items():
             if version != ours[name]:
                 raise AdaptbotError(
@@ -218,14 +218,14 @@ def _same_everywhere(client: "Client", address: str, seconds: float) -> None:
                 )
 
 
-def _versions(told: dict[str, Any]) -> dict[str, str]:
-    packages = told["packages"]
+def _versions(found: dict[str, Any]) -> dict[str, str]:
+    packages = found["packages"]
     python = ".".join(packages["python"].split(".")[:2])
     return {"Python": python, _PACKAGE: packages[_PACKAGE] or "(not installed)"}
 
 
 @dataclass(slots=True)
-class _Told:
+class _RelayedAnswers:
     """Answers on a worker: those known at the start and its own, which the client is told of."""
 
     topic: str

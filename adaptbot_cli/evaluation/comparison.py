@@ -180,17 +180,17 @@ def _settings(settings: Mapping[str, tuple[Any, Any]]) -> RenderableType:
     for head in ("A", "B"):
         table.add_column(head, overflow="fold")
     for name, values in settings.items():
-        table.add_row(Text(visible(name)), *(Text(visible(_told(value))) for value in values))
+        table.add_row(Text(visible(name)), *(Text(visible(_written(value))) for value in values))
     return table
 
 
-def _told(value: Any) -> str:
+def _written(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
-        return ", ".join(map(_told, value)) or "none"
+        return ", ".join(map(_written, value)) or "none"
     if isinstance(value, dict):
-        return "; ".join(f"{name} {_told(each)}" for name, each in value.items()) or "none"
+        return "; ".join(f"{name} {_written(each)}" for name, each in value.items()) or "none"
     return "none" if value is None else str(value)
 
 

@@ -117,8 +117,8 @@ def _trial(folder: Path, before: list[str]) -> tuple[Json, list[str], Json]:
     left_over = [k for k in range(1, len(raw)) if k < len(before) and raw[k] == before[k]]
     kept = [k for k in range(len(raw)) if k not in left_over]
     name = "LLM_feedback_with_error_{}.txt"
-    told = _texts(_numbered(folder, "Feedbacks_"), name.format(0), name)
-    record = dict(enumerate(told, start=1))
+    feedback = _texts(_numbered(folder, "Feedbacks_"), name.format(0), name)
+    record = dict(enumerate(feedback, start=1))
     results = _fields(folder / "results.json")
     trial = {
         "answers": [raw[k] for k in kept],

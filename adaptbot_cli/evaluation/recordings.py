@@ -35,7 +35,7 @@ class Recording:
         """What a row belongs to: knowledge is carried over within one model and domain."""
         return (self.model, self.domain)
 
-    def said(self, arm: str) -> tuple[str, ...]:
+    def replies(self, arm: str) -> tuple[str, ...]:
         """Return what the model said in one arm, the first answer alone if no more is known."""
         return self.answers.get(arm) or next(iter(self.answers.values()), ())[:1]
 

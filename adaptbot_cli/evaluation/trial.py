@@ -192,7 +192,7 @@ class Listening:
     """A planner that remembers what another one said, and what it said before."""
 
     planner: Planner
-    said: list[str] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -202,7 +202,7 @@ class Listening:
     def propose(self, turn: Propose) -> Proposal:
         """Pass the turn on."""
         proposal = self.planner.propose(turn)
-        self.said.append(proposal.text)
+        self.texts.append(proposal.text)
         return proposal
 
 
@@ -321,7 +321,7 @@ def perform(
     trial = _measured(row, arm, result, kg, person, seconds)
     if home is not None:
         trial = _in_world(trial, result, home, basis)
-    parts = tuple(planner.said) if rules.model else ()
+    parts = tuple(planner.texts) if rules.model else ()
     return replace(trial, answers=parts), result.lessons
 
 
@@ -349,11 +349,11 @@ def _planner(
     if rules.model == LIBRARY:
         return live(rules, basis, kg)  # it says the same each time, and costs nothing
     if rules.model is None:
-        return Recorded(row.model, row.said(arm), _prompts(basis, kg, rules))
+        return Recorded(row.model, row.replies(arm), _prompts(basis, kg, rules))
     model = _model(rules, basis, kg, kept)
     if not row.answers:
         return _asked(rules, model)
-    return Recorded(row.model, row.said(arm), model.prompts, _asked(rules, model))
+    return Recorded(row.model, row.replies(arm), model.prompts, _asked(rules, model))
 
 
 def _asked(rules: Rules, model: Model) -> Planner:

@@ -36,17 +36,17 @@ def write(path: Path, *lines: Any) -> Path:
 def test_a_recording(tmp_path: Path) -> None:
     [row] = read_recordings(write(tmp_path / "r.jsonl", TOLD, ""))
     assert (row.id, row.task, row.required, row.index) == ("m/1", "wooden stool", ("board",), 3)
-    assert row.said("llm") == ("a", "b")
-    assert row.said("llm+kg+human") == ("a", "d", "e")
+    assert row.replies("llm") == ("a", "b")
+    assert row.replies("llm+kg+human") == ("a", "d", "e")
     assert row.recorded["llm"] == {"overlap": 0.5, "prompt_tokens": 7, "questions": 0}
 
 
 def test_all_arms_start_from_one_answer(tmp_path: Path) -> None:
     [row] = read_recordings(write(tmp_path / "r.jsonl", TOLD))
-    assert row.said("llm+kg") == ("a",), "a trial of another task tells nothing more"
+    assert row.replies("llm+kg") == ("a",), "a trial of another task tells nothing more"
     alone = {**TOLD, "trials": {"llm": TOLD["trials"]["llm"]}}
     [row] = read_recordings(write(tmp_path / "r.jsonl", alone))
-    assert row.said("llm+kg+human") == ("a",)
+    assert row.replies("llm+kg+human") == ("a",)
 
 
 @pytest.mark.parametrize(

@@ -156,10 +156,10 @@ def why(
     """Show where facts come from: one block an origin, the pack's last. Of an action that nobody
     taught (`about`) what it does is shown, as its file has it."""
     by_origin: dict[Origin, list[Triple]] = {}
-    parts_told = {value for _, predicate, value in facts if predicate in PARTS}
+    parts_shown = {value for _, predicate, value in facts if predicate in PARTS}
     explained = {subject for subject, predicate, _ in facts if predicate == AB.explain}
     for triple, origin in facts.items():
-        if triple[0] in parts_told or (triple[1] == AB.effect and triple[0] in explained):
+        if triple[0] in parts_shown or (triple[1] == AB.effect and triple[0] in explained):
             continue  # shown with the action, in words
         by_origin.setdefault(origin, []).append(triple)
     ordered = sorted(by_origin, key=lambda origin: (origin.when, origin.answer), reverse=True)

@@ -42,9 +42,9 @@ def choose(
     settings: Mapping[str, Any],
     environ: Mapping[str, str],
     api_base: str | None = None,
-    said_by: str = "--model",
+    named_by: str = "--model",
 ) -> Chosen:
-    """Choose a model: `option`, which `said_by` gives, adaptbot.toml, ADAPTBOT_MODEL, a server that
+    """Choose a model: `option`, which `named_by` gave, adaptbot.toml, ADAPTBOT_MODEL, a server that
     --api-base names, a provider's key, Ollama, the model on board, the plan library.
 
     Raises:
@@ -54,7 +54,7 @@ def choose(
         if address and not str(address).startswith(("http://", "https://")):
             raise UsageError("the API base must be an address such as http://127.0.0.1:8000/v1")
     found = (
-        (option, said_by),
+        (option, named_by),
         (settings.get("model"), "adaptbot.toml"),
         (environ.get("ADAPTBOT_MODEL"), "ADAPTBOT_MODEL"),
     )

@@ -348,14 +348,14 @@ class Library:
         """The domains that have a plan for the task, or else all others, for a sentence."""
         able = [name for name, folders in self.others.items() if _serves(folders, turn.task.name)]
         if able:
-            return f"For the plan of {' or '.join(able)}: {self._said(turn, able[0])}. "
+            return f"For the plan of {' or '.join(able)}: {self._command(turn, able[0])}. "
         if not self.others:
             return ""
         others = [*self.others]
-        return f"If it is a task of {' or '.join(others)}: {self._said(turn, others[0])}. "
+        return f"If it is a task of {' or '.join(others)}: {self._command(turn, others[0])}. "
 
     @staticmethod
-    def _said(turn: Propose, domain: str) -> str:
+    def _command(turn: Propose, domain: str) -> str:
         return f"adaptbot run {shlex.quote(turn.task.said or turn.task.name)} --domain {domain}"
 
     def _items(self, plan: LibraryPlan, name: str, turn: Propose) -> list[str]:

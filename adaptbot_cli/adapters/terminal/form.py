@@ -25,13 +25,13 @@ _LABEL, _VALUE = 22, 16
 @dataclass(slots=True)
 class Entry:
     """A question of the form: the `value` of its answer, the `reason` why it is likely, and whether
-    the person has `told` it."""
+    the person has `entered` it."""
 
     question: Question
     needed: bool
     value: str = ""
     reason: str = ""
-    told: bool = False
+    entered: bool = False
 
     @property
     def given(self) -> str:
@@ -47,7 +47,7 @@ class Entry:
     def accepted(self) -> str:
         """Why the answer is likely, where it stands as it was suggested, "" if it does not."""
         likely = self.question.suggested
-        if likely is None or self.told or self.value != likely.value:
+        if likely is None or self.entered or self.value != likely.value:
             return ""
         return likely.reason
 
@@ -90,7 +90,7 @@ class Form(Menu):
             suggested = row.question.suggested or Suggestion("", "")
             row.value = row.given or suggested.value
             row.reason = AS_BEFORE if row.given else suggested.reason
-            row.told = suggested.reason == AS_BEFORE
+            row.entered = suggested.reason == AS_BEFORE
         first = entries[0].question
         text = f'What do you know of "{title(first.about)}"?'
         form = cls(text, "back" if first.answered else "", entries=entries)
@@ -111,7 +111,11 @@ class Form(Menu):
 
     def fill(self, row: int, value: str) -> None:
         """Answer a row and go on to the next."""
-        self.entries[row].value, self.entries[row].reason, self.entries[row].told = value, "", True
+        self.entries[row].value, self.entries[row].reason, self.entries[row].entered = (
+            value,
+            "",
+            True,
+        )
         self.at = min(row + 1, len(self.entries) - 1)
         self.note = ""
 
@@ -123,7 +127,7 @@ class Form(Menu):
         return {
             row.question.key: self.follows(row) or row.value
             for row in self.entries
-            if (row.needed or with_rest or (row.given and row.told))
+            if (row.needed or with_rest or (row.given and row.entered))
             and (self.follows(row) or row.value)
             and not row.kept
         }
@@ -132,9 +136,9 @@ class Form(Menu):
         """Return why, of the answers that stand as they were suggested."""
         return {row.question.key: row.accepted for row in self.entries if row.accepted}
 
-    def told(self) -> dict[Key, str]:
+    def entered(self) -> dict[Key, str]:
         """Return the answers that the person has given, by question; likely ones are left out."""
-        rows = (row for row in self.entries if row.told and row.value and not row.kept)
+        rows = (row for row in self.entries if row.entered and row.value and not row.kept)
         return {row.question.key: row.value for row in rows}
 
     def hint(self, numbered: bool) -> str:
@@ -206,7 +210,7 @@ class Form(Menu):
             return self._end(with_rest=key == "enter")
         if key == "backspace":
             entry.value, entry.reason = UNKNOWN if entry.given else "", ""
-            entry.told = entry.told or bool(entry.given)
+            entry.entered = entry.entered or bool(entry.given)
         elif key != "c-u" and entry.question.kind != "attribute":
             return TypedValue(self.at, key)
         elif key.lower() in _ANSWERS:

@@ -59,7 +59,7 @@ class TerminalHuman:
 
     Answers bear `by` and the time from `now`. Ctrl-C at a question or the review asks whether to
     keep what was answered; where nothing was, and at other prompts, it raises KeyboardInterrupt.
-    A form answers several questions at once: `told` are the answers to those still to come, also
+    A form answers several questions at once: `entered` are the answers to those still to come, also
     of a form that was left by Ctrl-C; `stopping` when they are all that is still to be had.
     `first` maps each line of a form to the question that the form was shown for: going back to the
     line leads there, with the `cursor` at it; `corrected` are other lines that were changed then.
@@ -72,7 +72,7 @@ class TerminalHuman:
     console: Console
     by: str
     now: Callable[[], str]
-    told: dict[Key, str] = field(default_factory=dict)
+    entered: dict[Key, str] = field(default_factory=dict)
     filled: set[str] = field(default_factory=set)
     edits: bool = False
     rejects: bool = True
@@ -89,16 +89,16 @@ class TerminalHuman:
             return back(self.corrected.pop())
         if self.stopping:
             return self._left(question)
-        if question.key in self.told:
-            return self._answer(question, _choice_of(question, self.told.pop(question.key)))
+        if question.key in self.entered:
+            return self._answer(question, _choice_of(question, self.entered.pop(question.key)))
         try:
-            choice = self._said(question)
+            choice = self._choice(question)
         except KeyboardInterrupt:
             self._stop(question)
             return self.ask(question)
         if self.corrected:
             return back(self.corrected.pop())
-        self.told.pop(question.key, None)
+        self.entered.pop(question.key, None)
         return self._answer(question, choice)
 
     def offer(self, questions: tuple[Question, ...]) -> tuple[Answer, ...]:
@@ -117,7 +117,7 @@ class TerminalHuman:
             if self.corrected:
                 return (back(self.corrected.pop()),)
         self.filled.discard(about)
-        found = [(question, self.told.pop(question.key, "")) for question in questions]
+        found = [(question, self.entered.pop(question.key, "")) for question in questions]
         answers = [
             self._answer(question, _choice_of(question, value)) if value else LATER
             for question, value in found
@@ -145,11 +145,11 @@ class TerminalHuman:
         if isinstance(reply, Reviewed):
             out = len(reply.left_out)
             text = "a correction" if reply.back else f"all but {out}"
-            self._tell(TITLE, text)
+            self._echo(TITLE, text)
             return replace(reply, back=reply.back and self._target(reply.back))
         for lesson in lessons if reply else ():
             self.console.print(Text.assemble(("✓ ", "green"), shown(lesson.sentence)))
-        self._tell(TITLE, "yes" if reply else "no")
+        self._echo(TITLE, "yes" if reply else "no")
         return bool(reply)
 
     def amend(self, turn: Amend) -> PlanEdit | None:
@@ -159,7 +159,7 @@ class TerminalHuman:
         from adaptbot_cli.adapters.terminal.plan_editor import ask_for_edit
 
         edit, text = ask_for_edit(turn, self.console, self.rejects)
-        self._tell("Change the plan?", text)
+        self._echo("Change the plan?", text)
         return edit and replace(edit, by=self.by, at=self.now())
 
     def _agrees(self) -> bool:
@@ -169,7 +169,7 @@ class TerminalHuman:
         if value.value == BACK.value:
             return self._back(question)
         likely = self.accepted.pop(question.key, "")
-        self._tell(question.text, f"{value.label} (suggested, {likely})" if likely else value.label)
+        self._echo(question.text, f"{value.label} (suggested, {likely})" if likely else value.label)
         if value.value == LATER.value:
             return LATER
         return Answer(value.value, self.by, self.now(), suggestion=likely)
@@ -177,14 +177,14 @@ class TerminalHuman:
     def _back(self, question: Question) -> Answer:
         """Go to the question before this one."""
         before = question.answered[-1][0]
-        self._tell(question.text, f"back to: {before.text}")
+        self._echo(question.text, f"back to: {before.text}")
         first = self._target(before.key)
         there = any(asked.key == first for asked, _ in question.answered)
         return back(first if there else before.key)
 
     def _target(self, key: Key) -> Key:
         """The question to go back to so that the whole form comes again, if it is a line of one."""
-        self.told.clear()
+        self.entered.clear()
         self.filled.clear()
         self.cursor = key
         return self.first.get(key, key)
@@ -192,23 +192,23 @@ class TerminalHuman:
     def _stop(self, question: Question) -> None:
         """After Ctrl-C: keep the answers so far, and ask no more. Ctrl-C again gives up."""
         answered = any(a.value not in (LATER.value, UNKNOWN) for _, a in question.answered)
-        if not (answered or self.told) or not self._agrees():
+        if not (answered or self.entered) or not self._agrees():
             raise KeyboardInterrupt
-        self._tell(_KEEP, "yes")
+        self._echo(_KEEP, "yes")
         self.stopping = True
 
     def _left(self, question: Question) -> Answer:
         """Return an answer from before Ctrl-C; nothing more is asked after the last one."""
-        value = self.told.pop(question.key, "")
+        value = self.entered.pop(question.key, "")
         if question.spec.together:
             to_come = {other.key for other in (*question.together, *question.offered)}
-            for key in self.told.keys() - to_come:
-                del self.told[key]  # it is not asked any more, as another answer tells it
-        self.stopping = bool(self.told)
+            for key in self.entered.keys() - to_come:
+                del self.entered[key]  # it is not asked any more, as another answer tells it
+        self.stopping = bool(self.entered)
         if not value:
-            return LATER if self.told else STOP
+            return LATER if self.entered else STOP
         answer = self._answer(question, _choice_of(question, value))
-        return replace(answer, last=not self.told)
+        return replace(answer, last=not self.entered)
 
     def _above(self, question: Question) -> None:
         """What the person needs to know: the step, or the question whose answer named a new place,
@@ -224,11 +224,11 @@ class TerminalHuman:
             if names:
                 self.console.print(shown(f"{text}: {sentence_list(names)}", "dim"))
 
-    def _tell(self, text: str, label: str) -> None:
+    def _echo(self, text: str, label: str) -> None:
         line = Text.assemble(("? ", "cyan"), shown(text), "  ", shown(label, "cyan"))
         self.console.print(line)
 
-    def _said(self, question: Question) -> Choice:
+    def _choice(self, question: Question) -> Choice:
         """Ask a question; return the answer with the words to show."""
         from adaptbot_cli.adapters.terminal.form import answered_by_form
 
@@ -236,7 +236,7 @@ class TerminalHuman:
             marked = self._fill((question, *question.together), question.offered)
             if marked is None:
                 return BACK
-            return _choice_of(question, self.told[question.key])
+            return _choice_of(question, self.entered[question.key])
         self._above(question)
         if question.spec.entry == "line" or not question.choices:
             return self._line(question, first=True)
@@ -289,7 +289,7 @@ class TerminalHuman:
                     edited = True
                     continue
             except KeyboardInterrupt:
-                self._take(form, form.told())
+                self._take(form, form.entered())
                 raise
             if reply == BACK:
                 return None
@@ -300,7 +300,7 @@ class TerminalHuman:
             return True
 
     def _take(self, form: "Form", record: dict[Key, str]) -> None:
-        self.told.update(record)
+        self.entered.update(record)
         given = {row.question.key for row in form.entries if row.question.given}
         self.corrected = [key for key in record if key in given]
 

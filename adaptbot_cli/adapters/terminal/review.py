@@ -34,7 +34,7 @@ class ReviewList(Menu):
     lessons: Sequence[Lesson] = ()
     left_out: set[Key] = field(default_factory=set)
     went: dict[Key, set[Key]] = field(default_factory=dict, init=False)
-    told: str = field(default="", init=False)
+    note: str = field(default="", init=False)
 
     def ticked(self) -> bool | Reviewed:
         """Return what is kept as the list stands: True for all."""
@@ -58,7 +58,7 @@ class ReviewList(Menu):
 
     def below(self, numbered: bool) -> Sequence[Line]:
         """Say what went or came with the line that was changed last."""
-        return [[("then", f"   {plain(self.told)}")]] if self.told else ()
+        return [[("then", f"   {plain(self.note)}")]] if self.note else ()
 
     def read(self, line: str) -> Any:
         """Leave out or take in by number; `c N` corrects."""
@@ -96,4 +96,4 @@ class ReviewList(Menu):
         changed = (before ^ self.left_out) - {key}
         others = [each.sentence for each in self.lessons if each.question.key in changed]
         how = "left out with it" if key in self.left_out else "taken in with it"
-        self.told = f"{how}: {sentence_list(others)}" if others else ""
+        self.note = f"{how}: {sentence_list(others)}" if others else ""

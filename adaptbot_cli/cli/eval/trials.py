@@ -154,14 +154,14 @@ class Conditions:
 USUAL = Conditions()
 
 
-def _known(option: str, said: str, known: tuple[str, ...], what: str) -> tuple[str, ...]:
+def _known(option: str, given: str, known: tuple[str, ...], what: str) -> tuple[str, ...]:
     """Return those of the known names that an option lists. Raises UsageError of another one."""
     from adaptbot_cli.errors import UsageError
 
-    unknown = ", ".join(name for name in items(said) if name not in known)
+    unknown = ", ".join(name for name in items(given) if name not in known)
     if unknown:
         raise UsageError(f'--{option}: "{unknown}" is no {what}; there is {", ".join(known)}')
-    return tuple(name for name in known if name in items(said))
+    return tuple(name for name in known if name in items(given))
 
 
 @app.command()

@@ -105,11 +105,11 @@ def carry_out(
     proposal: "ProposedChange",
     consent: Consent,
     more: "RenderableType | None" = None,
-    told: dict[str, Any] | None = None,
+    extra: dict[str, Any] | None = None,
 ) -> int:
     """Show a change, have it agreed to, commit it; return the exit code.
 
-    `more` is shown below the change, `told` is what `--json` tells besides it.
+    `more` is shown below the change, `extra` is what `--json` tells besides it.
 
     Raises:
         UsageError: there is nobody to ask, and --yes was not said.
@@ -140,7 +140,7 @@ def carry_out(
         revision = change.commit(home, proposal)
         out.print(noted(GOOD, f"committed as {(revision or '')[:7]}"))
     if consent.json:
-        print_json({"revision": revision, **as_json(proposal.changes, words), **(told or {})})
+        print_json({"revision": revision, **as_json(proposal.changes, words), **(extra or {})})
     return 0
 
 
@@ -155,7 +155,7 @@ def _with_verdicts(home: "Home", proposal: "ProposedChange", consent: Consent) -
         proposal,
         consent,
         more=verdicts(changed),
-        told={"plans": [{"task": t, "before": old, "after": new} for t, old, new in changed]},
+        extra={"plans": [{"task": t, "before": old, "after": new} for t, old, new in changed]},
     )
 
 

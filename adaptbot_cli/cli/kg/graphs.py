@@ -128,4 +128,4 @@ def import_(
     if not parcel.accepted:
         names = ", ".join(path.name for path in files)
         raise KnowledgeError(f"nothing of {names} was taken: see why above")
-    return carry_out(home, proposal, consent, told=plain_parcel(parcel))
+    return carry_out(home, proposal, consent, extra=plain_parcel(parcel))

@@ -133,5 +133,5 @@ def why(
         {"sign": turn.sign, "value": home.words.value(turn.triple[2]), **turn.origin.as_json()}
         for turn in reply.history
     ]
-    told = {"name": reply.name, "facts": facts, "history": past}
-    print_json(told | ({"action": action} if action else {}))
+    record = {"name": reply.name, "facts": facts, "history": past}
+    print_json(record | ({"action": action} if action else {}))

@@ -63,10 +63,10 @@ def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
     from adaptbot_cli.core import describing
 
     domain = graph.domain
-    told_tasks = [describing.task(task, domain) for task in domain.tasks] if tasks else []
+    task_entries = [describing.task(task, domain) for task in domain.tasks] if tasks else []
     found = domain.actions.values() if actions else ()
-    told_actions = [describing.action(graph, action) for action in found]
-    return [*told_tasks, *told_actions], lambda: things.listing(told_tasks, told_actions)
+    action_entries = [describing.action(graph, action) for action in found]
+    return [*task_entries, *action_entries], lambda: things.listing(task_entries, action_entries)
 
 
 def _everything(graph: "Kg") -> "Shown":
@@ -116,10 +116,10 @@ def _unknown(graph: "Kg", name: str) -> Exception:
 
     for kind, what in (("item", "here"), ("action", "possible here")):
         if is_absent(graph, name, kind):
-            said = shlex.quote(name)
+            word = shlex.quote(name)
             return UsageError(
-                f"{name} is not {what}, as a person has said; `adaptbot kg why {said}` tells who, "
-                f"`adaptbot kg retract {said}` takes it back"
+                f"{name} is not {what}, as a person has said; `adaptbot kg why {word}` tells who, "
+                f"`adaptbot kg retract {word}` takes it back"
             )
     near = view.near(graph, name, whatever=True)
     hint = f"; near it: {', '.join(near)}" if near else ""

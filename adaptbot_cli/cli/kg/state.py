@@ -25,22 +25,22 @@ def status(
     from adaptbot_cli.session import validation
 
     home = place.home()
-    told = validation.status(home)
-    words = validation.words_for(home, told.changes) if told.changes else None
+    found = validation.status(home)
+    words = validation.words_for(home, found.changes) if found.changes else None
     if not json:
-        console().print(table(told, words))
+        console().print(table(found, words))
         return
     print_json(
         {
-            "workspace": str(told.root),
-            "domain": told.domain,
-            "revision": told.revision,
-            "last": told.subject,
-            "edited": list(told.edited),
-            "changes": as_json(told.changes, words) if told.changes and words else None,
-            "problem": told.problem,
-            "faults": list(told.faults),
-            "waiting": [path.name for path in told.waiting],
+            "workspace": str(found.root),
+            "domain": found.domain,
+            "revision": found.revision,
+            "last": found.subject,
+            "edited": list(found.edited),
+            "changes": as_json(found.changes, words) if found.changes and words else None,
+            "problem": found.problem,
+            "faults": list(found.faults),
+            "waiting": [path.name for path in found.waiting],
         }
     )
 

@@ -62,7 +62,7 @@ class _Addition:
     finding: Finding
     place: int
     calls: tuple[Call, ...]
-    told: str
+    shown: str
     reason: str
     supposed: tuple[Triple, ...] = ()
 
@@ -73,7 +73,7 @@ def with_remedies(report: Report, scene: Scene) -> Report:
     if not unmet or not report.executable:
         unmet = [finding for finding in unmet if finding.subject]
     record = {
-        f: a.told for f in unmet for a in [_addition(f, report, scene)] if a and not a.supposed
+        f: a.shown for f in unmet for a in [_addition(f, report, scene)] if a and not a.supposed
     }
     found = tuple(replace(f, remedy=record.get(f, "")) for f in report.findings)
     return replace(report, findings=found) if record else report
@@ -272,7 +272,7 @@ def _describe(
     return [
         *(f"{steps[n].call.render()} as {new[n].render()}: {steps[n].reason}" for n in sorted(new)),
         *(f"leave out {steps[n].call.render()}: {steps[n].reason}" for n in sorted(out)),
-        *(f"add {a.told}: {a.reason}" for a in added),
+        *(f"add {a.shown}: {a.reason}" for a in added),
     ]
 
 
