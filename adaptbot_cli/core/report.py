@@ -12,6 +12,7 @@ from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Finding, Step, Task, Written
 from adaptbot_cli.core.questions import Answer, Question
 from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.usage import Usage
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,17 +70,6 @@ class Outcome:
     error: Finding | None = None
     unmet: tuple[Finding, ...] = ()
     missing: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Usage:
-    """What a run used. Tokens as the planner counted them; cost in US dollars, None if unknown."""
-
-    model_calls: int = 0
-    prompt_tokens: int = 0
-    completion_tokens: int = 0
-    cost_usd: float | None = None
-    questions: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,10 +12,11 @@ from adaptbot_cli.core.plan import Call, Finding, Parsed, Step, Task
 from adaptbot_cli.core.questions import LATER, STOP, Answer, Key, Question
 from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.refine.mend import with_remedies
-from adaptbot_cli.core.report import Bound, Report, Usage
+from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Acted, sentences
 
 Policy = Literal["tutor", "paper"]
@@ -175,15 +176,7 @@ def propose(run: Run, turn: Propose) -> Generator[Turn, Proposal, str]:
     run.reprompted += turn.findings
     proposal = yield replace(turn, before=tuple(before)[-MOST_BEFORE:])
     run.recalled = proposal.text if proposal.source else run.recalled
-    used = run.usage
-    cost = proposal.cost_usd
-    run.usage = replace(
-        used,
-        model_calls=used.model_calls + proposal.calls,
-        prompt_tokens=used.prompt_tokens + proposal.prompt_tokens,
-        completion_tokens=used.completion_tokens + proposal.completion_tokens,
-        cost_usd=used.cost_usd if cost is None else (used.cost_usd or 0.0) + cost,
-    )
+    run.usage += proposal.usage
     return _unrepeated(run, as_edited(run, proposal.text))
 
 

@@ -16,6 +16,7 @@ from adaptbot_cli.core.plan import Finding, Step, Task
 from adaptbot_cli.core.questions import Answer, Question, Reviewed
 from adaptbot_cli.core.report import Bound, Outcome, Report
 from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Seen
 
 
@@ -59,6 +60,11 @@ class Proposal:
     reasoning: str = ""
     prompt: str = ""
     source: str = ""
+
+    @property
+    def usage(self) -> Usage:
+        """What it cost."""
+        return Usage(self.calls, self.prompt_tokens, self.completion_tokens, self.cost_usd)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.refine.check import lost_items
 from adaptbot_cli.core.refine.goals import check_goal, rehearsed
-from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.run import (
     Acting,
@@ -42,6 +42,7 @@ from adaptbot_cli.core.run import (
 )
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Executed, Propose, Turn, Understood
+from adaptbot_cli.core.usage import Usage
 
 Turns = Generator[Turn, Any, Result]
 
@@ -170,18 +171,9 @@ def _together(results: Sequence[Result]) -> Result:
     last = results[-1]
     if len(results) == 1:
         return last
-    each = [result.usage for result in results]
-    costs = [usage.cost_usd for usage in each if usage.cost_usd is not None]
-    usage = Usage(
-        sum(u.model_calls for u in each),
-        sum(u.prompt_tokens for u in each),
-        sum(u.completion_tokens for u in each),
-        sum(costs) if costs else None,
-        sum(u.questions for u in each),
-    )
     return replace(
         last,
-        usage=usage,
+        usage=sum((result.usage for result in results), start=Usage()),
         questions=tuple(q for result in results for q in result.questions),
         lessons=tuple(lesson for result in results for lesson in result.lessons),
         revision=next((r.revision for r in reversed(results) if r.revision), None),

@@ -1,7 +1,6 @@
 """The paper's baseline: a model alone, its plan carried out as it is written (IV-A2, "LLM")."""
 
 from collections.abc import Generator, Iterator
-from dataclasses import replace
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.findings import blocks
@@ -12,10 +11,11 @@ from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import in_order, understand
 from adaptbot_cli.core.refine.walk import Walk
-from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.core.tutor import Parse
+from adaptbot_cli.core.usage import Usage
 
 Proposals = Generator[Propose, Proposal, Result]
 
@@ -30,7 +30,7 @@ def unaided(task: Task, kg: Kg, parse: Parse, replans: int = 3) -> Proposals:
     turn = Propose(task)
     while True:
         proposal = yield turn
-        usage = _spent(usage, proposal)
+        usage += proposal.usage
         report, outcome = _carry_out(parse(proposal.text), proposal.text, Scene(kg, task))
         if outcome.error is None or tries >= replans:
             break
@@ -38,17 +38,6 @@ def unaided(task: Task, kg: Kg, parse: Parse, replans: int = 3) -> Proposals:
         turn = Propose(task, tries, proposal.text, (outcome.error,))
     size = kg.size()
     return Result(report, outcome, usage, sizes=(size, size))
-
-
-def _spent(usage: Usage, proposal: Proposal) -> Usage:
-    cost = proposal.cost_usd
-    return replace(
-        usage,
-        model_calls=usage.model_calls + proposal.calls,
-        prompt_tokens=usage.prompt_tokens + proposal.prompt_tokens,
-        completion_tokens=usage.completion_tokens + proposal.completion_tokens,
-        cost_usd=usage.cost_usd if cost is None else (usage.cost_usd or 0.0) + cost,
-    )
 
 
 def _carry_out(parsed: Parsed, text: str, scene: Scene) -> tuple[Report, Outcome]:

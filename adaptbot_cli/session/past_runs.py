@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from adaptbot_cli import trust
 from adaptbot_cli.adapters.transcript.loading import (
@@ -25,14 +25,12 @@ from adaptbot_cli.core.names import words
 from adaptbot_cli.core.progress import Progress, progress
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.session.drive import Noting
 from adaptbot_cli.session.replay import replay
 from adaptbot_cli.session.sources import kg_again, robot_of
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.adapters.planner.budget import Spent
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,16 +304,14 @@ def chain(path: Path) -> list[Path]:
         found.insert(0, older)
 
 
-def spent(path: Path) -> "list[Spent]":
+def spent(path: Path) -> list[Usage]:
     """Return what a run that was cut off has spent on its model, as far as its transcripts tell."""
-    from adaptbot_cli.adapters.planner.budget import Spent
-
     turns = [turn for each in chain(path) for turn in read_cut(each)[1]]
     found = []
     for turn in (turn for turn in turns if turn["turn"] == "propose"):
         tokens = turn.get("tokens") or {}
         prompt, completion = tokens.get("prompt", 0), tokens.get("completion", 0)
-        found.append(Spent(turn.get("calls", 1), prompt, completion, turn.get("cost_usd")))
+        found.append(Usage(turn.get("calls", 1), prompt, completion, turn.get("cost_usd")))
     return found
 
 

@@ -29,7 +29,7 @@ from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.report import Outcome, Report, Result, Usage
+from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
     Act,
@@ -46,6 +46,7 @@ from adaptbot_cli.core.turns import (
     Turn,
     Understood,
 )
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Seen, sentences
 
 WIDE = 110

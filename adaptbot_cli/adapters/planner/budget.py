@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.errors import ModelError
 
 SECONDS = 300.0
@@ -49,36 +50,12 @@ class Price:
         return prompt * self.prompt + completion * self.completion
 
 
-@dataclass(frozen=True, slots=True)
-class Spent:
-    """What answers have cost: how many there were, whole or cut; tokens; dollars if known."""
-
-    calls: int = 0
-    prompt_tokens: int = 0
-    completion_tokens: int = 0
-    cost_usd: float | None = None
-
-    def __add__(self, other: "Spent") -> "Spent":
-        costs = [cost for cost in (self.cost_usd, other.cost_usd) if cost is not None]
-        return Spent(
-            self.calls + other.calls,
-            self.prompt_tokens + other.prompt_tokens,
-            self.completion_tokens + other.completion_tokens,
-            sum(costs) if costs else None,
-        )
-
-    @property
-    def tokens(self) -> int:
-        """Prompt and completion tokens together."""
-        return self.prompt_tokens + self.completion_tokens
-
-
 @dataclass(slots=True)
 class Budget:
     """What a run has spent of its limits. Time counts only while the model is waited for."""
 
     limits: Limits = field(default_factory=Limits)
-    answers: list[Spent] = field(default_factory=list)
+    answers: list[Usage] = field(default_factory=list)
     waited: float = 0.0
     _since: float | None = None
 
@@ -103,9 +80,9 @@ class Budget:
         return self.limits.tokens is not None or self.limits.cost_usd is not None
 
     @property
-    def spent(self) -> Spent:
+    def spent(self) -> Usage:
         """What all answers have cost."""
-        return sum(self.answers, start=Spent())
+        return sum(self.answers, start=Usage())
 
     def room(self, prompt: int, price: Price | None) -> int | None:
         """Return how many tokens an answer to a prompt of so many tokens may have; None: any.

@@ -3,11 +3,11 @@
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any, Protocol
 
 from adaptbot_cli.adapters.planner import local, provider
-from adaptbot_cli.adapters.planner.budget import SILENCE, Asking, Budget, Spent
+from adaptbot_cli.adapters.planner.budget import SILENCE, Asking, Budget
 from adaptbot_cli.adapters.planner.failures import (
     WITHOUT_MODEL,
     BrokenOff,
@@ -22,6 +22,7 @@ from adaptbot_cli.adapters.planner.provider import Provider
 from adaptbot_cli.adapters.planner.scrub import Secrets, Sieve
 from adaptbot_cli.adapters.planner.streamed import PartialAnswer, plan_text, read, split
 from adaptbot_cli.core.turns import Proposal, Propose
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.errors import ModelError
 
 TRIES = 4
@@ -95,12 +96,11 @@ class Model:
             with self.budget.waiting():
                 reasoning, text = self._tried(model, called, messages)
         except ModelError as error:
-            error.spent = astuple(sum(self.budget.answers[before:], start=Spent()))
+            error.spent = astuple(sum(self.budget.answers[before:], start=Usage()))[:4]
             raise
         prompt = f"{self.prompts.style} {self.prompts.hash(turn)}"
-        spent = sum(self.budget.answers[before:], start=Spent())
-        proposal = Proposal(text, reasoning=reasoning, prompt=prompt)
-        return replace(proposal, **asdict(spent))
+        spent = astuple(sum(self.budget.answers[before:], start=Usage()))[:4]
+        return replace(Proposal(text, *spent), reasoning=reasoning, prompt=prompt)
 
     def _tried(self, model: Provider, called: Called, messages: list[Message]) -> tuple[str, str]:
         """Ask until there is an answer, as often and long as it makes sense; return its reasoning

@@ -15,11 +15,12 @@ from urllib.request import getproxies
 
 import httpx
 
-from adaptbot_cli.adapters.planner.budget import Asking, Price, Spent
+from adaptbot_cli.adapters.planner.budget import Asking, Price
 from adaptbot_cli.adapters.planner.forms import Form
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
 from adaptbot_cli.adapters.planner.streamed import PartialAnswer, TooLong
 from adaptbot_cli.bounded import parse_json
+from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.errors import ModelError
 
 _LOGGERS = ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy", "openai", "httpx", "httpcore")
@@ -226,7 +227,7 @@ class Provider:
         schema = {"name": "plan", "schema": self.form.schema, "strict": True}
         return {"response_format": {"type": "json_schema", "json_schema": schema}}
 
-    def spent(self, answer: PartialAnswer, messages: list[dict[str, str]]) -> Spent:
+    def spent(self, answer: PartialAnswer, messages: list[dict[str, str]]) -> Usage:
         """Return what an answer has cost: as reported in its chunks, and counted here where the
         report is missing or impossible."""
         try:
@@ -238,7 +239,7 @@ class Provider:
         text = "".join(answer.text)
         written = int(self.litellm.token_counter(model=self.model, text=text))
         completion = _plausible(_reported(usage, "completion_tokens"), written)
-        return Spent(1, prompt, completion, self._cost(whole, prompt, completion))
+        return Usage(1, prompt, completion, self._cost(whole, prompt, completion))
 
     def _cost(self, whole: Any, prompt: int, completion: int) -> float | None:
         """What an answer cost in US dollars, as litellm has it, which knows of cached prompts; not
