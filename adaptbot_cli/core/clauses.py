@@ -94,7 +94,8 @@ class Clauses:
             self._exclude(part, strict=True)
             return 2
         clause = list(takewhile(lambda p: p.role not in BOUNDARIES, after))
-        leads = part.role in ("to", "from") and (clause or self.mode == "without")  # "put milk in"
+        points = any(english.POINTERS & {*p.words} for p in clause) or self.mode == "without"
+        leads = part.role in ("to", "from") and points  # "to me", "put milk in"
         if part.role in ("with", "to", "from") and not leads and _empty(clause):
             self._miss(part.text)
         match part.role:
@@ -166,6 +167,13 @@ class Clauses:
 
     def _negation(self, part: Phrase, parts: Sequence[Phrase], at: int) -> int:
         self._flush()
+        before = next((p for p in reversed(parts[:at]) if p.role != "word"), None)
+        if before is not None and before.role == "without":  # "don't leave out the milk"
+            taken = before.words[0] in english.VERBAL and part.words[0] not in english.NONE
+            self.mode = "with" if taken else self.mode
+            if not taken:
+                self._miss(f"{before.text} {part.text}")
+            return 1
         verbs = english.VERBS | english.USES | (self.naming.domain.fillers - english.GRAMMAR)
         following = [p for p in parts[at + 1 :] if p.role != "word" or set(p.words) & verbs]
         first = following[0] if following else None
@@ -173,8 +181,9 @@ class Clauses:
         steps = first is not None and first.action is not None and not self._uses(first)
         if (verbal and (first is None or self._asks(first))) or (steps and self.naming.cooks):
             return 1 + self._refuse(parts[at + 1 :])
-        if _empty(takewhile(lambda p: p.role not in BOUNDARIES, parts[at + 1 :])):
-            self._miss(part.text)  # "tea without"
+        ends = BOUNDARIES | {"to", "from", "for"}
+        if _empty(takewhile(lambda p: p.role not in ends, parts[at + 1 :])):
+            self._miss(part.text)  # "tea without", "no need for milk"
         self.mode, self.strict = "without", part.role == "allergy"
         self.joined = True
         return 1
@@ -220,7 +229,7 @@ class Clauses:
             self.barred_steps += [(action, thing) for thing in things or ("",)]
         if not steps and not again and not (self.naming.cooks and others):
             self.excluded += [n for n in things if n not in self.excluded]
-        strange = any(part.role == "unread" for part in clause)
+        strange = any(part.role in ("unread", "without") for part in clause)
         if again or strange or not (things or steps or (others and self.naming.cooks)):
             self._miss(" ".join(("not", *(word for part in clause for word in part.words))))
 
@@ -240,6 +249,8 @@ class Clauses:
     def _named(self, part: Phrase, after: Sequence[Phrase]) -> None:
         if part.rule is not None and (part.rule.diet or self.mode == "for"):
             self.rules += [part.rule] if part.rule not in self.rules else []
+            if self.mode == "without":
+                self._miss(f"without {part.text}")  # "not vegan"
             return
         if self.mode == "without":
             self._without(part, after)
@@ -395,7 +406,7 @@ class Clauses:
     def _placed(self, part: Phrase) -> None:
         """A name behind a preposition: where something goes, comes from, or what it is for."""
         draft = self.current
-        if part.task is not None and (not part.thing or not self.drafts) and self.naming.cooks:
+        if part.task is not None and (not part.thing or not self.drafts):  # "I want you to clean"
             self.mode, self.joined = "main", True
             self._begin(part)
             return
@@ -411,9 +422,11 @@ class Clauses:
             if draft is None:
                 draft = _Draft(None)
                 self.drafts.append(draft)
+            if draft.place:
+                self._miss(f"to {draft.place}")
             draft.place = name
             draft.words += ("to", *part.words)
-        self.number = 0
+        self._count()
 
     def _kept_in(self, place: str) -> bool:
         """Whether every thing named so far is where it is to be taken from."""
@@ -438,7 +451,14 @@ class Clauses:
             self.run.pop()
             self.vessel = last.thing
 
+    def _count(self) -> None:
+        """Let a number that counts nothing be one that nobody understood."""
+        if self.number:
+            self._miss(str(self.number))
+        self.number = 0
+
     def _number(self, part: Phrase, after: Sequence[Phrase]) -> None:
+        self._count()
         named = [p for p in after if p.role not in ("word", "of")]
         follows = next(iter(named), None)
         into = named[1] if self.naming.cooks and len(named) > 1 else None
@@ -448,7 +468,7 @@ class Clauses:
         one = made_of and head is not None and not singulars(head.words[-1])
         names = set(follows.words) if follows is not None else set()
         odd = self.naming.cooks and one and part.number > 1 and not names & english.MEASURES
-        if follows is not None and (odd or names & english.UNITS):
+        if follows is not None and (odd or names & (english.UNITS | english.OF_TIME)):
             self._miss(f"{part.text} {follows.text}")
         elif self.mode == "for":
             if self.current is not None:
@@ -468,11 +488,12 @@ class Clauses:
         belongs = word in self.naming.domain.fillers or self.mode == "for"
         belongs = belongs or (word in english.PEOPLE and self.mode != "to")
         just = self.mode == "with" and (verb or word == "just")
+        hedged = word in english.HEDGES and before is not None and before.role == "without"
         question = before is None and word in english.QUESTIONS
         joins = before is not None and before.role in BOUNDARIES
         late = word == "first" and joins and bool(self.drafts)  # "tea, but first a salad"
         vague = word in english.VAGUE and not joins
-        if not (ordinary or belongs) or like or just or question or late or vague:
+        if not (ordinary or belongs) or like or just or hedged or question or late or vague:
             self._miss(part.text)
         if verb or word in self.naming.domain.fillers:
             self.asked = self.asked or word not in english.GRAMMAR
@@ -539,6 +560,7 @@ class Clauses:
 
     def _end(self) -> None:
         self._flush()
+        self._count()
         self._settle()
         self._share()
         for clause in self.refused if self.drafts else ():

@@ -17,7 +17,8 @@ DETERMINERS = _words("a an the some any my our your his her their this that thes
 
 GRAMMAR = DETERMINERS | _words("""
     i we you me us he she it they them him myself yourself ourselves i'm i'd i'll i've we'd
-    we'll you'd it's that's let's there there's here is are am be 's 'd 'm
+    we'll we're you'd you're he's she's they're it's that's let's there's here is are am be
+    's 'd 'm
     so as well can could would will shall should may might must do does d ll ve s m re too
     who which please pls plz kindly thanks thank cheers hi hello hey dear ok okay sir
     madam robot adaptbot just now right away today tonight quickly quick soon asap fast
@@ -25,6 +26,7 @@ GRAMMAR = DETERMINERS | _words("""
     whole bit little lot lots plenty more enough extra such kind sort type everyone
     everybody anything something nice good great tasty delicious fine lovely favourite
     favorite own one's mind possible lets hungry thirsty
+    🙂 🙃 😀 😃 😄 😁 😆 😊 😇 😋 😍 😘 😉 🤗 🤤 🙏 👍 ❤ ☺ ♥
 """)
 """Words that carry no condition of their own: pronouns, auxiliaries, courtesy, vague quantities."""
 
@@ -33,6 +35,8 @@ COURTESY = (
     *(("i'm", "wondering", "if"), ("i", "was", "wondering", "if"), ("feel", "like")),
     *(("could", "do", "with"), ("in", "the", "mood", "for"), ("any", "chance", "of")),
     *(("trouble", "you", "for"), ("whip", "up"), ("rustle", "up"), ("knock", "up")),
+    *(("drink", "it"), ("drink", "them"), ("hi", "there"), ("hello", "there"), ("hey", "there")),
+    *(("there", "is"), ("there", "are"), ("is", "there"), ("are", "there")),
 )
 """Phrases that only ask, though their words do not by themselves."""
 
@@ -48,14 +52,17 @@ IT = _words("it them")
 MORE = _words("extra plenty lots more some just")
 """Words before what is wanted after all: "no tomato, extra cheese"."""
 
-VAGUE = _words("extra plenty lots lot whole")
+VAGUE = _words("extra plenty lots lot whole few big small")
 """Quantities that no plan measures, unless they only join what is wanted after all."""
+
+HEDGES = _words("just much too very so really quite that enough")
+"""Words that weaken the negation before them: "not just milk", "not too much sugar"."""
 
 CONDITIONS = _words("""
     only if unless until while when whenever before after during since each every another other how
     what why where whose was were been being did had under over above below between against
     tomorrow yesterday later almost less least fewer half easy cold hot raw barely hardly
-    scarcely double triple keep leave optional anywhere
+    scarcely double triple keep leave optional anywhere there
 """)
 """Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
@@ -77,7 +84,8 @@ USES = _words(
 WITH = (
     *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
     *(("plus",), ("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
-    *(("filled", "with"), ("out", "of"), ("along", "with"), ("together", "with")),
+    *(("filled", "with"), ("made", "out", "of"), ("along", "with"), ("together", "with")),
+    ("w/",),
     *(("don't", "forget"), ("dont", "forget"), ("do", "not", "forget")),
 )
 """What leads to something that goes in."""
@@ -93,12 +101,18 @@ WITHOUT = (
     *(("free", "from"), ("hate",), ("hates",), ("dislike",), ("dislikes",), ("replace",)),
     *(("anything", "but"), ("everything", "but"), ("all", "but")),
     *(("replacing",), ("swap",), ("substitute",), ("ban",), ("lacking",), ("sans",)),
-    *(("made", "without"), ("zero",), ("0",)),
+    *(("made", "without"), ("zero",), ("0",), ("w/out",), ("devoid", "of")),
+    *(("are", "out", "of"), ("we're", "out", "of"), ("i'm", "out", "of"), ("ran", "out", "of")),
+    *(("except", "for"), ("apart", "from"), ("aside", "from"), ("other", "than")),
+    *(("drop", "the"), ("lose", "the"), ("ditch",), ("forget", "the")),
 )
 """What leads to something that must not go in."""
 
 VERBAL = _words("don't dont not never doesn't can't cannot cant won't shouldn't mustn't stop")
 """Negations that, before the verb of a task, rule the task itself out; "do not" is one as well."""
+
+NONE = _words("no none nothing neither nor not never zero 0")
+"""Negations that only repeat one before them: "don't put no milk in"."""
 
 ALLERGY = (
     *(("allergic", "to"), ("intolerant", "to"), ("allergy", "to"), ("sensitive", "to")),
@@ -110,7 +124,7 @@ AFTER_ALLERGEN = _words("free allergy allergies allergic intolerance intolerant 
 """Words behind what must not go in: "dairy-free", "a nut allergy"."""
 
 AND = (("and", "then"), ("and", "also"), ("and",), ("then",), ("after", "that"), ("&",), ("+",))
-OR = (("or",), ("either",))
+OR = (("or",), ("either",), ("/",))
 BUT = (("but",), ("though",), ("however",))
 TO = (("to",), ("into",), ("onto",), ("in",), ("on",), ("at",), ("inside",), ("over", "to"))
 FROM = (("from",), ("off",))
@@ -124,6 +138,9 @@ PEOPLE = _words("""
 """)
 PERSONS = _words("me you him her them us myself yourself")
 """Pronouns of whom something is for."""
+
+POINTERS = PERSONS | PRONOUNS | PEOPLE | _words("here there which who")
+"""Words to which a preposition may lead: "to me", "in it", "in there"."""
 
 CROWDS = _words("family people children us them you")
 """Several people in a word without a plural s; their number is unknown."""
@@ -178,6 +195,9 @@ UNITS = _words("""
     liter liters l ml cl
 """)
 """Units: how many of them there are to be is no number of servings."""
+
+OF_TIME = _words("second seconds minute minutes min mins hour hours o'clock am pm degrees")
+"""Units of what no plan is counted by."""
 
 MEASURES = UNITS | _words("""
     cup cups mug mugs glass glasses bowl bowls plate plates pot pots slice slices piece pieces

@@ -27,7 +27,10 @@ A_SLIP = 0.74
 _STOPS = frozenset(";.:!?")
 BOUNDARIES = frozenset({"comma", "stop", "and", "or", "but"})
 PARTICLES = frozenset({"on", "off", "up", "out", "away", "down"})
-_ENDS = frozenset({*_STOPS, ",", "and", "then", "please", "but", "with", "without"})
+_ENDS = frozenset({
+    *_STOPS, ",", "and", "then", "please", "but", "with", "without", "for", "in", "at", "from",
+    "if", "when", "until", "now", "again", "today", "tonight",
+})  # fmt: skip
 
 
 Role = Literal["word", "number", "measure", "comma", "stop", "and", "or", "but", "with", "without",
@@ -205,7 +208,7 @@ class Naming:
                     best = Phrase(role, phrase)
         if best is not None:
             return best
-        if word.isdigit() or word in english.NUMBERS:
+        if number_of(word):
             return Phrase("number", (word,), number=number_of(word))
         if word in english.AFTER_ALLERGEN:
             return Phrase("allergen", (word,))
@@ -268,7 +271,8 @@ class Naming:
 
     def rejoined(self, tokens: list[str]) -> list[str]:
         """Return the words with the particle of a verb next to it: "turn the lamp off"."""
-        pairs = {n for n, _ in self.names if len(n) == 2 and n[1] in PARTICLES}
+        known = (*(name for name, _ in self.names), *english.WITHOUT)
+        pairs = {n for n in known if len(n) == 2 and n[1] in PARTICLES}
         found = list(tokens)
         for at, word in enumerate(tokens):
             for verb, particle in pairs:
@@ -389,13 +393,15 @@ class Naming:
         return tuple(dict.fromkeys(found))[:1]
 
     def _kinds_of(self, called: set[str]) -> Iterable[str]:
-        """The known things that the lexicon says are of a kind that is excluded."""
+        """The known things that the lexicon says are of a kind that is excluded: ham is a cut of
+        pork."""
         fields = self.domain.noun_fields
         if not any(self.senses(name) for name in called):
             return
         for name in sorted(self.kg.spellings.bases()):
             above = self.lexicon.related(name, fields) if not called & {name} else ()
-            if any(r.word in called and r.relation == "hypernym" and r.sense == 1 for r in above):
+            kinds = {r.word for r in above if r.relation == "hypernym" and r.sense == 1}
+            if not called.isdisjoint(kinds | {kind.rpartition("_")[2] for kind in kinds}):
                 yield from (name, *(normal(self.kg.name(e)) for e in self.kg.numbered(name)))
 
 

@@ -5,6 +5,7 @@ whole: what a person confirms, and the one predicate for what is excluded.
 """
 
 import re
+import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -20,7 +21,15 @@ from adaptbot_cli.core.plan import Constraint, Task
 from adaptbot_cli.core.terms import TRUE
 from adaptbot_cli.core.words import Lexicon, NoLexicon
 
-_WORD = re.compile(r"w/o|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+]")
+_WORD = re.compile(
+    r"w/o(?:ut)?\b|w/|(?<!\S)-\d+|\d+(?:[.,:/-]\d+)+|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+/%]|[^\w\s]"
+)
+_MINUS = re.compile(r"(?<=[^\S\n])[-!\u00ac](?=[^\W_])")
+"""A sign that takes the word behind it away: "tea -sugar"."""
+
+_MARKS = ",;.:!?&+/%"
+_SIGNS = ("Sc", "Sm", "So")
+"""The Unicode categories of signs that mean something; other marks only part or point out words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +103,15 @@ def understand(
     if not text.strip():
         task = _with_options(Task("", ()), asked, banned, naming)
         return Reading(text, (task,), task.unread)
-    tokens = [word.lower().replace("\u2019", "'") for word in _WORD.findall(text.replace("_", " "))]
+    tokens = _words(text)
     tokens, guesses = naming.respelt(naming.rejoined(tokens))
     reader = Clauses(naming)
     reader.read(naming.parts(tokens))
-    tasks = tuple(_with_options(task, asked, banned, naming) for task in reader.tasks(normal(text)))
+    named = [draft.things for draft in reader.drafts] or [[]]
+    tasks = tuple(
+        _with_options(task, [*asked, *things], banned, naming)
+        for task, things in zip(reader.tasks(normal(text)), named, strict=False)
+    )
     unread = tuple(dict.fromkeys((*reader.unread, *(u for task in tasks for u in task.unread))))
     doubts = (*unread, *(f"{written} ({meant}?)" for written, meant in guesses))
     return Reading(
@@ -111,6 +124,16 @@ def understand(
     )
 
 
+def _words(text: str) -> list[str]:
+    """The words, numbers, marks and signs of a text, in lower case."""
+    plain = _MINUS.sub(" without ", text.replace("_", " ").replace("\u2019", "'").lower())
+    return [
+        word
+        for word in _WORD.findall(plain)
+        if word[1:] or word.isalnum() or word in _MARKS or unicodedata.category(word) in _SIGNS
+    ]
+
+
 def listed(text: str, kg: Kg) -> Task | None:
     """Return the task of the domain that a text names, None if it asks for anything else."""
     reading = understand(text, kg, NoLexicon())
@@ -121,7 +144,9 @@ def listed(text: str, kg: Kg) -> Task | None:
 def _with_options(
     task: Task, asked: Sequence[str], banned: Sequence[str], naming: "Naming"
 ) -> Task:
-    """Add what `--requires` and `--without` say exactly."""
+    """Add what `--requires` and `--without` say exactly; what a task needs but they or the request
+    exclude falls away, unless it is `asked` for by name as well.
+    """
     kg = naming.kg
     rules, names, unread = list(task.rules), list(task.excluded), list(task.unread)
     for written in banned:
