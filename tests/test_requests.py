@@ -1,6 +1,7 @@
 """Requests as people type them: what is understood, and that nothing else is said to be done."""
 
 from functools import cache
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,39 @@ def run(domain: str, text: str, human: Human | None = None) -> Result:
     ports = Ports(library, human or AbsentHuman(), lexicon(), Nowhere())
     turns = pursue_each(text, lambda said: reading_of(said, kg), kg, parse, replans=0)
     return drive(turns, ports)
+
+
+PARTS = {
+    ("kitchen", "make an omelette"): (
+        *("without onions", "for two people", "with cheese", "on the table", "before 8"),
+        *("this evening", "thank you"),
+    ),
+    ("household", "charge the phone"): (
+        *("without the sponge", "in the living room", "two times", "carefully", "upstairs"),
+        *("every day", "for my mother"),
+    ),
+}
+
+
+def meaning(domain: str, text: str) -> tuple[Any, ...]:
+    """What a request for one task asks for besides its name."""
+    [task] = reading(domain, text).tasks
+    asked = (task.required, task.excluded, task.unread, (task.place,), (task.amount,))
+    return tuple(map(frozenset, asked))
+
+
+@pytest.mark.parametrize(("domain", "task"), PARTS)
+def test_what_a_part_of_a_request_means_does_not_depend_on_the_one_before_it(
+    domain: str, task: str
+) -> None:
+    alone = meaning(domain, task)
+    for first, second in permutations(PARTS[domain, task], 2):
+        one, other = (meaning(domain, f"{task} {part}") for part in (first, second))
+        both = meaning(domain, f"{task} {first} {second}")
+        for found, *parts, base in zip(both, one, other, alone, strict=True):
+            # what a part leaves as it is without it says nothing
+            said = frozenset().union(*(part - base for part in parts))
+            assert found - base == said, (first, second)
 
 
 def code_of(domain: str, text: str) -> int:

@@ -59,6 +59,7 @@ class Clauses:
     drafts: list[_Draft] = field(default_factory=list)
     mode: str = "main"
     strict: bool = False
+    swaps: bool = False
     joined: bool = False
     run: list[Phrase] = field(default_factory=list)
     pending: list[Phrase] = field(default_factory=list)
@@ -93,6 +94,9 @@ class Clauses:
         if after and after[0].role == "allergen" and part.role in ("name", "unread", "measure"):
             self._exclude(part, strict=True)
             return 2
+        if at and part.role in ("number", "unread") and english.CONDITIONS & {*parts[at - 1].words}:
+            self._miss(part.text)  # "before 8", "every day"
+            return 1
         clause = list(takewhile(lambda p: p.role not in BOUNDARIES, after))
         points = any(english.POINTERS & {*p.words} for p in clause) or self.mode == "without"
         leads = part.role in ("to", "from") and points  # "to me", "put milk in"
@@ -110,6 +114,9 @@ class Clauses:
                 self._preposition(part, after)
             case "of":
                 self._of(after)
+            case "number" if after and english.OF_TIME & {*after[0].words}:
+                self._miss(f"{part.text} {after[0].text}")
+                return 2
             case "number":
                 self._number(part, after)
             case "measure":
@@ -179,13 +186,15 @@ class Clauses:
         first = following[0] if following else None
         verbal = bool(set(part.words) & english.VERBAL) or part.words == ("do", "not")
         steps = first is not None and first.action is not None and not self._uses(first)
-        if (verbal and (first is None or self._asks(first))) or (steps and self.naming.cooks):
-            return 1 + self._refuse(parts[at + 1 :])
+        takes_back = verbal and (first is None or self._asks(first))
+        strange = first is not None and self._strange(first, verbal and part.words != ("not",))
+        if takes_back or strange or (steps and self.naming.cooks):
+            return 1 + self._refuse(parts[at + 1 :], strange)
         ends = BOUNDARIES | {"to", "from", "for"}
         if _empty(takewhile(lambda p: p.role not in ends, parts[at + 1 :])):
             self._miss(part.text)  # "tea without", "no need for milk"
         self.mode, self.strict = "without", part.role == "allergy"
-        self.joined = True
+        self.joined, self.swaps = True, bool(english.SWAPS & {*part.words})
         return 1
 
     def _asks(self, part: Phrase) -> bool:
@@ -200,13 +209,21 @@ class Clauses:
         verb = part.role == "word" or (self.naming.cooks and part.action is not None)
         return verb and bool(set(part.words) & english.USES)
 
-    def _refuse(self, parts: Sequence[Phrase]) -> int:
-        """Take up what is not to be done, to the end of its clause."""
+    def _strange(self, part: Phrase, verbal: bool) -> bool:
+        """Whether an unknown word is a verb: behind "don't" any that is one, else one in -ing that
+        is no noun of the domain: "without waking anyone", but "without dressing"."""
+        word = part.text
+        verb = any(sense.field.startswith("verb.") for sense in self.naming.senses(word))
+        gerund = word.endswith("ing") and not self.naming.noun(word)
+        return part.role == "unread" and verb and (verbal or gerund)
+
+    def _refuse(self, parts: Sequence[Phrase], strange: bool) -> int:
+        """Take up what is not to be done, to the end of its clause; what is strange to a comma."""
         taken = 0
         for n, part in enumerate(parts):
             if part.role in ("stop", "but") or "then" in part.words:
                 break
-            if part.role in ("comma", "and") and self._begins(parts[n + 1 :]):
+            if part.role in ("comma", "and") and (strange or self._begins(parts[n + 1 :])):
                 break
             taken += 1
         self.refused.append(parts[:taken])
@@ -218,6 +235,10 @@ class Clauses:
         A clause that says nothing of the kind has not been understood, nor has one that takes back
         what is asked for.
         """
+        text = " ".join(("not", *(word for part in clause for word in part.words)))
+        if next((part.role for part in clause if part.role != "word"), "") == "unread":
+            self._miss(text)  # "don't spill the milk" excludes no milk
+            return
         names = [part for part in clause if part.role == "name"]
         things = [n for part in names for n in (*self.naming.object(part), *part.several)]
         verbs = [self.naming.verb(part) for part in names if not part.thing]
@@ -231,7 +252,7 @@ class Clauses:
             self.excluded += [n for n in things if n not in self.excluded]
         strange = any(part.role in ("unread", "without") for part in clause)
         if again or strange or not (things or steps or (others and self.naming.cooks)):
-            self._miss(" ".join(("not", *(word for part in clause for word in part.words))))
+            self._miss(text)
 
     def _exclude(self, part: Phrase, strict: bool) -> None:
         """Rule out what a part names: the thing, and the allergen of that name."""
@@ -367,11 +388,13 @@ class Clauses:
 
     def _unknown(self, part: Phrase) -> None:
         """Take up an unknown word; with the noun before it it is one name: "tomato sauce"."""
-        if set(part.words) & english.CONDITIONS:
+        if set(part.words) & english.CONDITIONS or self.naming.adverb(part.text):
             self._miss(part.text)
             return
         last = self.run[-1] if self.run else None
-        compound = last and last.thing and self.naming.noun(part.text)
+        # No compound begins with a plural: "onions upstairs" is no thing.
+        single = last and last.thing and not singulars(last.words[-1])
+        compound = single and self.naming.noun(part.text)
         if last and last.words and (last.role == "unread" or compound):
             self.run[-1] = Phrase("unread", (*last.words, *part.words))
         else:
@@ -381,7 +404,7 @@ class Clauses:
 
     def _preposition(self, part: Phrase, after: Sequence[Phrase]) -> None:
         self._flush()
-        if self.mode == "without" and part.role == "for":  # "replace sugar for honey"
+        if self.swaps and part.role == "for":  # "swap sugar for honey"
             self.mode = "with"
             return
         if part.role == "for":
@@ -468,7 +491,7 @@ class Clauses:
         one = made_of and head is not None and not singulars(head.words[-1])
         names = set(follows.words) if follows is not None else set()
         odd = self.naming.cooks and one and part.number > 1 and not names & english.MEASURES
-        if follows is not None and (odd or names & (english.UNITS | english.OF_TIME)):
+        if follows is not None and (odd or names & english.UNITS):
             self._miss(f"{part.text} {follows.text}")
         elif self.mode == "for":
             if self.current is not None:

@@ -36,6 +36,7 @@ COURTESY = (
     *(("could", "do", "with"), ("in", "the", "mood", "for"), ("any", "chance", "of")),
     *(("trouble", "you", "for"), ("whip", "up"), ("rustle", "up"), ("knock", "up")),
     *(("drink", "it"), ("drink", "them"), ("hi", "there"), ("hello", "there"), ("hey", "there")),
+    *(("this", "morning"), ("this", "afternoon"), ("this", "evening"), ("this", "weekend")),
     *(("there", "is"), ("there", "are"), ("is", "there"), ("are", "there")),
 )
 """Phrases that only ask, though their words do not by themselves."""
@@ -66,6 +67,12 @@ CONDITIONS = _words("""
 """)
 """Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
+ADVERBS = _words("""
+    upstairs downstairs outside outdoors indoors inside twice thrice often always sometimes daily
+    weekly monthly together well properly apart aside
+""")
+"""Words that say where, how or how often, and name nothing; so do those in -ly."""
+
 VERBS = _words("""
     make making made get getting give giving bring fetch have has having got need want wants
     like likes love loves eat eats eating drinks tolerate stand fancy fix prepare preparing do
@@ -84,7 +91,13 @@ USES = _words(
 WITH = (
     *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
     *(("plus",), ("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
-    *(("filled", "with"), ("made", "out", "of"), ("along", "with"), ("together", "with")),
+    *(
+        ("filled", "with"),
+        ("served", "with"),
+        ("made", "out", "of"),
+        ("along", "with"),
+        ("together", "with"),
+    ),
     ("w/",),
     *(("don't", "forget"), ("dont", "forget"), ("do", "not", "forget")),
 )
@@ -114,6 +127,9 @@ VERBAL = _words("don't dont not never doesn't can't cannot cant won't shouldn't 
 NONE = _words("no none nothing neither nor not never zero 0")
 """Negations that only repeat one before them: "don't put no milk in"."""
 
+SWAPS = _words("replace replacing swap substitute")
+"""Negations of which "for" leads to what is wanted instead: "swap sugar for honey"."""
+
 ALLERGY = (
     *(("allergic", "to"), ("intolerant", "to"), ("allergy", "to"), ("sensitive", "to")),
     *(("free", "of"), ("free", "from"), ("intolerance", "to"), ("intolerant", "of")),
@@ -126,7 +142,19 @@ AFTER_ALLERGEN = _words("free allergy allergies allergic intolerance intolerant 
 AND = (("and", "then"), ("and", "also"), ("and",), ("then",), ("after", "that"), ("&",), ("+",))
 OR = (("or",), ("either",), ("/",))
 BUT = (("but",), ("though",), ("however",))
-TO = (("to",), ("into",), ("onto",), ("in",), ("on",), ("at",), ("inside",), ("over", "to"))
+TO = (
+    ("to",),
+    ("into",),
+    ("onto",),
+    ("in",),
+    ("on",),
+    ("at",),
+    ("inside",),
+    ("over", "to"),
+    ("served", "on"),
+    ("served", "in"),
+    ("served", "at"),
+)
 FROM = (("from",), ("off",))
 OF, FOR = (("of",),), (("for",),)
 
@@ -196,7 +224,9 @@ UNITS = _words("""
 """)
 """Units: how many of them there are to be is no number of servings."""
 
-OF_TIME = _words("second seconds minute minutes min mins hour hours o'clock am pm degrees")
+OF_TIME = _words(
+    "second seconds minute minutes min mins hour hours o'clock am pm degrees time times"
+)
 """Units of what no plan is counted by."""
 
 MEASURES = UNITS | _words("""

@@ -356,6 +356,10 @@ class Naming:
                 return anything or nouns[0].field in self.domain.noun_fields
         return False
 
+    def adverb(self, word: str) -> bool:
+        """Whether a word says how, where or how often something is done."""
+        return word in english.ADVERBS or (word.endswith("ly") and not self.senses(word))
+
     def among_goals(self, name: str) -> bool:
         """Whether a thing is of a class that the domain's goals are about."""
         classes = [URIRef(iri) for goal in self.domain.goals for iri in goal.classes]
