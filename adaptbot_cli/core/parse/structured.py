@@ -7,6 +7,7 @@ import html
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
 from adaptbot_cli.core.parse import calls
@@ -81,6 +82,9 @@ _PDDL = calls.worded(
     r"((?:(?:step|time)?\s*\d+(?:\.\d+)?\s*:\s*)?)((?:\(\s*[A-Za-z][\w-]*(?:\s+[\w.?-]+)+\s*\)\s*)+)"
     r"(?:\[[\d.,\s]+\])?[\s;]*(?:;.*)?"
 )
+_BLOCK = 1_000
+"""How many characters before and behind a line of atoms are looked at for others."""
+
 _IN_ORDER = calls.worded(
     r"(?:[\s():,;]|->|→|\b(?:seq|sequence|sequential|progn|begin|do|plan|steps|actions)\b)*"
 )
@@ -453,6 +457,17 @@ class Structures:
             start = match.end()
         return (found, end) if found and not self._text[start:end].strip() else None
 
+    def _among_atoms(self, start: int, end: int) -> bool:
+        """Whether a line of atoms stands in a block of such lines, one of which is an action."""
+        before = reversed(self._text[max(start - _BLOCK, 0) : start].splitlines())
+        after = self._text[end : end + _BLOCK].splitlines()
+        return any(
+            self._is_action(atom[1])
+            for lines in (before, after)
+            for line in takewhile(_PDDL.fullmatch, filter(str.strip, lines))
+            for atom in _ATOM.finditer(line)
+        )
+
     def _atoms(self, start: int, end: int, fenced: bool) -> Found | None:
         """Read the steps of a planner's line, or in groups: `(seq (cut egg) (fry egg))`."""
         text = self._text
@@ -461,8 +476,9 @@ class Structures:
             return None
         found: list[Item] = []
         left, at, stop = "", start, whole.end(2) if whole else end
+        sure = whole and (fenced or whole[1] or self._among_atoms(start, end))
         for atom in _ATOM.finditer(text, start, stop):
-            if (whole and (fenced or whole[1])) or (atom[2].strip() and self._is_action(atom[1])):
+            if sure or (atom[2].strip() and self._is_action(atom[1])):
                 args, rest = self._words.fitting(atom[1], atom[2].split())
                 item = Item(atom.start(), atom[0], keyworded(atom[1], [("", arg) for arg in args]))
                 found.append(item)
