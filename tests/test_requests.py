@@ -1,7 +1,8 @@
 """Requests as people type them: what is understood, and that nothing else is said to be done."""
 
+from dataclasses import replace
 from functools import cache
-from itertools import permutations
+from itertools import cycle, permutations
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,32 @@ def test_what_a_part_of_a_request_means_does_not_depend_on_the_one_before_it(
             # what a part leaves as it is without it says nothing
             said = frozenset().union(*(part - base for part in parts))
             assert found - base == said, (first, second)
+
+
+ERRANDS = {
+    "kitchen": ("make an omelette", "hot chocolate", "two pancakes", "boil an egg"),
+    "household": ("clean the table", "put the books away", "turn on the lamp", "play music"),
+}
+BETWEEN = (" and ", ", then ", ". Then ", "; ", " plus ", " as well as ", ", followed by ", " & ")
+BEFORE = (
+    *("Hey robot, ", "Could you please ", "I'd be glad if you could ", "Your job is to ", "gimme "),
+    *("Good morning! ", "When you have time, ", "Please do the following: ", "Go and "),
+)
+
+
+@pytest.mark.parametrize("domain", ERRANDS)
+def test_two_tasks_are_those_that_each_is_however_they_are_joined(domain: str) -> None:
+    for (one, other), between in zip(permutations(ERRANDS[domain], 2), cycle(BETWEEN)):
+        alone = [replace(reading(domain, text).tasks[0], said="") for text in (one, other)]
+        both = reading(domain, f"{one}{between}{other}")
+        assert [replace(task, said="") for task in both.tasks] == alone, between
+
+
+@pytest.mark.parametrize("before", BEFORE)
+def test_what_only_asks_changes_nothing(before: str) -> None:
+    for domain, (errand, *_) in ERRANDS.items():
+        plain, polite = (reading(domain, text) for text in (errand, f"{before}{errand}"))
+        assert [replace(task, said=errand) for task in polite.tasks] == list(plain.tasks)
 
 
 def code_of(domain: str, text: str) -> int:

@@ -94,7 +94,8 @@ class Clauses:
         if after and after[0].role == "allergen" and part.role in ("name", "unread", "measure"):
             self._exclude(part, strict=True)
             return 2
-        if at and part.role in ("number", "unread") and english.CONDITIONS & {*parts[at - 1].words}:
+        last = parts[at - 1] if at and parts[at - 1].role == "unread" else None
+        if last and part.role in ("number", "unread") and english.CONDITIONS & {*last.words}:
             self._miss(part.text)  # "before 8", "every day"
             return 1
         clause = list(takewhile(lambda p: p.role not in BOUNDARIES, after))
@@ -110,6 +111,9 @@ class Clauses:
                 if not (self.mode == "without" and parts[at - 1].role in ("without", "word")):
                     self._flush()
                     self.mode = "with"
+            case "to" if after and english.VERBS & {*after[0].words}:
+                self._flush()  # "possible to get tea"
+                self.mode = "main"
             case "to" | "from" | "for":
                 self._preposition(part, after)
             case "of":
@@ -522,6 +526,15 @@ class Clauses:
             self.asked = self.asked or word not in english.GRAMMAR
         if self.mode == "without" and verb and word not in english.USES:
             self.mode = "main"
+        if self.mode == "main" and verb:
+            self._no_modifiers()
+
+    def _no_modifiers(self) -> None:
+        """Let unknown words before a verb be no part of the dish behind it: "my job is to make"."""
+        for parts in (self.pending, self.run):
+            for part in [part for part in parts if part.role == "unread"]:
+                parts.remove(part)
+                self._miss(part.text)
 
     def _flush(self) -> None:
         """End a run of names: what it holds goes where the last preposition says."""

@@ -12,6 +12,12 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+def _phrases(text: str) -> tuple[tuple[str, ...], ...]:
+    """The phrases of a table: commas and ends of lines part them."""
+    parts = re.split(r",\s|\n", text)
+    return tuple(tuple(part.split()) for part in parts if part.strip())
+
+
 DETERMINERS = _words("a an the some any my our your his her their this that these those all both")
 """Words that may stand inside a name: "clean up all the toys"."""
 
@@ -25,20 +31,24 @@ GRAMMAR = DETERMINERS | _words("""
     ready simply really very much maybe perhaps also first finally afterwards next again
     whole bit little lot lots plenty more enough extra such kind sort type everyone
     everybody anything something nice good great tasty delicious fine lovely favourite
-    favorite own one's mind possible lets hungry thirsty
+    favorite own one's mind possible lets hungry thirsty starving wanna gimme lemme u ur
+    alright yes yeah yep
     🙂 🙃 😀 😃 😄 😁 😆 😊 😇 😋 😍 😘 😉 🤗 🤤 🙏 👍 ❤ ☺ ♥
 """)
 """Words that carry no condition of their own: pronouns, auxiliaries, courtesy, vague quantities."""
 
-COURTESY = (
-    *(("how", "about"), ("what", "about"), ("go", "ahead"), ("i", "wonder", "if")),
-    *(("i'm", "wondering", "if"), ("i", "was", "wondering", "if"), ("feel", "like")),
-    *(("could", "do", "with"), ("in", "the", "mood", "for"), ("any", "chance", "of")),
-    *(("trouble", "you", "for"), ("whip", "up"), ("rustle", "up"), ("knock", "up")),
-    *(("drink", "it"), ("drink", "them"), ("hi", "there"), ("hello", "there"), ("hey", "there")),
-    *(("this", "morning"), ("this", "afternoon"), ("this", "evening"), ("this", "weekend")),
-    *(("there", "is"), ("there", "are"), ("is", "there"), ("are", "there")),
-)
+COURTESY = _phrases("""
+    how about, what about, go ahead, go and, i wonder if, i'm wondering if, i was wondering if
+    feel like, could do with, in the mood for, any chance of, trouble you for, time for, i order
+    whip up, rustle up, knock up, drink it, drink them, there is, there are, is there, are there
+    hi there, hello there, hey there, good morning, good afternoon, good evening
+    this morning, this afternoon, this evening, this weekend
+    your job is to, your task is to, the task is to, task :, do the following, the following
+    if you can, if you could, if you please, if you would, if possible, if you don't mind
+    when you have time, when you can, when you get a chance, when you have a moment
+    i'd be glad if, i'd be happy if, i'd be grateful if, i would be glad if, i would be happy if
+    i would be grateful if
+""")
 """Phrases that only ask, though their words do not by themselves."""
 
 QUESTIONS = _words("is are does has")
@@ -90,7 +100,7 @@ USES = _words(
 
 WITH = (
     *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
-    *(("plus",), ("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
+    *(("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
     *(
         ("filled", "with"),
         ("served", "with"),
@@ -139,7 +149,10 @@ ALLERGY = (
 AFTER_ALLERGEN = _words("free allergy allergies allergic intolerance intolerant allergen")
 """Words behind what must not go in: "dairy-free", "a nut allergy"."""
 
-AND = (("and", "then"), ("and", "also"), ("and",), ("then",), ("after", "that"), ("&",), ("+",))
+AND = (
+    *(("and", "then"), ("and", "also"), ("and",), ("then",), ("after", "that"), ("&",), ("+",)),
+    *(("plus",), ("as", "well", "as"), ("followed", "by"), ("and", "after", "that")),
+)
 OR = (("or",), ("either",), ("/",))
 BUT = (("but",), ("though",), ("however",))
 TO = (

@@ -28,8 +28,8 @@ _STOPS = frozenset(";.:!?")
 BOUNDARIES = frozenset({"comma", "stop", "and", "or", "but"})
 PARTICLES = frozenset({"on", "off", "up", "out", "away", "down"})
 _ENDS = frozenset({
-    *_STOPS, ",", "and", "then", "please", "but", "with", "without", "for", "in", "at", "from",
-    "if", "when", "until", "now", "again", "today", "tonight",
+    *_STOPS, ",", "&", "+", "and", "plus", "then", "please", "but", "with", "without", "for", "in",
+    "as", "at", "followed", "from", "if", "when", "until", "now", "again", "today", "tonight",
 })  # fmt: skip
 
 
