@@ -27,8 +27,8 @@ def concerns(goal: Goal, names: Iterable[str], kg: Kg) -> bool:
 
 
 def _empty(clause: Iterable[Phrase]) -> bool:
-    """Whether a clause names nothing."""
-    return all(part.role == "word" for part in clause)
+    """Whether a clause names nothing; "the one" stands for what was named."""
+    return all(part.role == "word" or part.words == ("one",) for part in clause)
 
 
 @dataclass(slots=True)
@@ -145,6 +145,11 @@ class Clauses:
             self.mode, self.strict = "main", False
         elif after and set(after[0].words) & english.MORE and self.mode == "without":
             self.mode, self.strict = "with" if self.drafts else "main", False
+        before = list(takewhile(lambda p: p.role not in BOUNDARIES, reversed(parts[:at])))
+        rest = next((p for p in after if p.role != "word"), None)
+        all_but = part.role == "but" and any(english.ALL & {*p.words} for p in before)
+        if all_but and rest is not None and rest.role in ("name", "unread") and not rest.action:
+            self.mode = "without"
         if part.role == "or" and self.mode != "without":
             around = [p.text for p in (*parts[max(at - 1, 0) : at], part, *parts[at + 1 : at + 2])]
             self._miss(" ".join(around))
@@ -433,7 +438,8 @@ class Clauses:
     def _placed(self, part: Phrase) -> None:
         """A name behind a preposition: where something goes, comes from, or what it is for."""
         draft = self.current
-        if part.task is not None and (not part.thing or not self.drafts):  # "I want you to clean"
+        another = self.mode == "for" and self.joined  # "and for my wife coffee"
+        if part.task is not None and (another or not part.thing or not self.drafts):
             self.mode, self.joined = "main", True
             self._begin(part)
             return
@@ -504,7 +510,7 @@ class Clauses:
                 self.number = part.number
         elif follows is not None and follows.role in ("name", "measure"):
             self.number = 0 if part.words == ("one",) or part.number == 1 else part.number
-        elif part.number != 1 or part.words == ("1",):
+        elif part.number != 1 or part.words == ("1",) or (after and after[0].role == "without"):
             self._unknown(Phrase("unread", part.words))
 
     def _word(self, part: Phrase, before: Phrase | None) -> None:

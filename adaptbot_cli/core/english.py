@@ -73,7 +73,7 @@ CONDITIONS = _words("""
     only if unless until while when whenever before after during since each every another other how
     what why where whose was were been being did had under over above below between against
     tomorrow yesterday later almost less least fewer half easy cold hot raw barely hardly
-    scarcely double triple keep leave optional anywhere there
+    scarcely double triple keep leave optional anywhere there whatever whichever whatsoever
 """)
 """Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
@@ -216,6 +216,9 @@ UNCOUNTED = (
     r"|every[ ](?:few[ ]|other[ ]|\d+[ ])?(?:second|minute|hour)s?)\b"
 )
 """A pattern of repetitions without a number."""
+
+ALL = _words("all every each any everything everyone")
+"""Words behind which "but" leads to what is left out: "all the plants but the cactus"."""
 
 REPETITIONS = _words("times count repeat repeats repetitions reps iterations loop rounds cycles")
 """The keys of structures and calls that hold the number of repetitions."""

@@ -24,7 +24,7 @@ _LONGEST_NAME = 5
 A_SLIP = 0.74
 """How like a known word one must be to be a slip of the pen for it (a ratio of `difflib`)."""
 
-_STOPS = frozenset(";.:!?")
+_STOPS = frozenset(";.:!?)")
 BOUNDARIES = frozenset({"comma", "stop", "and", "or", "but"})
 PARTICLES = frozenset({"on", "off", "up", "out", "away", "down"})
 _ENDS = frozenset({

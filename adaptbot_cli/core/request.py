@@ -22,12 +22,12 @@ from adaptbot_cli.core.terms import TRUE
 from adaptbot_cli.core.words import Lexicon, NoLexicon
 
 _WORD = re.compile(
-    r"w/o(?:ut)?\b|w/|(?<!\S)-\d+|\d+(?:[.,:/-]\d+)+|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+/%]|[^\w\s]"
+    r"w/o(?:ut)?\b|w/|(?<!\S)-\d+|\d+(?:[.,:/-]\d+)+|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+/%)]|[^\w\s]"
 )
 _MINUS = re.compile(r"(?<=[^\S\n])[-!\u00ac](?=[^\W_])")
 """A sign that takes the word behind it away: "tea -sugar"."""
 
-_MARKS = ",;.:!?&+/%"
+_MARKS = ",;.:!?&+/%)"
 _SIGNS = ("Sc", "Sm", "So")
 """The Unicode categories of signs that mean something; other marks only part or point out words."""
 
@@ -162,7 +162,8 @@ def _with_options(
     required = tuple(dict.fromkeys((*task.required, *asked)))
     barred = task.barred | naming.barred(excluded)
     task = replace(task, rules=tuple(rules), excluded=excluded, barred=barred, unread=tuple(unread))
-    needs = next((t.required for t in kg.domain.tasks if t.iri == task.iri), ())
+    listed = (*kg.domain.tasks, *kg.domain.task_classes.values())
+    needs = next((each.required for each in listed if each.iri == task.iri), ())
     kept = tuple(n for n in required if n not in needs or n in asked or not excludes(n, task, kg))
     return replace(task, required=kept)
 
