@@ -446,6 +446,9 @@ class Clauses:
         name = part.thing or next(iter(part.several), "")
         if not name:
             self._miss(part.text)
+        elif self.mode == "from" and self.naming.cooks and not self.naming.holds(name):
+            self.mode = "with"  # "soup from tomato and onion"
+            self._thing(part, ())
         elif self.mode == "from":
             if not self._kept_in(name):
                 self._miss(f"from {part.text}")
@@ -494,6 +497,9 @@ class Clauses:
         self._count()
         named = [p for p in after if p.role not in ("word", "of")]
         follows = next(iter(named), None)
+        if self.mode == "main" and follows is not None and follows.task is not None:
+            self._flush()  # "two teas one coffee" are two tasks
+            self.joined = True
         into = named[1] if self.naming.cooks and len(named) > 1 else None
         # "a 3 egg omelette" and "3 eggs omelette" are one; "3 cheese sandwiches" are three
         head = into if follows is not None and follows.thing and not follows.task else follows

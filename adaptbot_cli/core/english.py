@@ -32,7 +32,7 @@ GRAMMAR = DETERMINERS | _words("""
     whole bit little lot lots plenty more enough extra such kind sort type everyone
     everybody anything something nice good great tasty delicious fine lovely favourite
     favorite own one's mind possible lets hungry thirsty starving wanna gimme lemme u ur
-    alright yes yeah yep
+    alright yes yeah yep bye
     🙂 🙃 😀 😃 😄 😁 😆 😊 😇 😋 😍 😘 😉 🤗 🤤 🙏 👍 ❤ ☺ ♥
 """)
 """Words that carry no condition of their own: pronouns, auxiliaries, courtesy, vague quantities."""

@@ -360,6 +360,12 @@ class Naming:
         """Whether a word says how, where or how often something is done."""
         return word in english.ADVERBS or (word.endswith("ly") and not self.senses(word))
 
+    def holds(self, name: str) -> bool:
+        """Whether a thing is a place for others."""
+        kg = self.kg
+        ranges = [kg.domain.properties[by].range for by in kg.domain.locations]
+        return any(kg.is_a(entity, ranges) for entity in kg.find(name)[:1])
+
     def among_goals(self, name: str) -> bool:
         """Whether a thing is of a class that the domain's goals are about."""
         classes = [URIRef(iri) for goal in self.domain.goals for iri in goal.classes]
