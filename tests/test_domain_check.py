@@ -35,7 +35,7 @@ def check(tmp_path: Path) -> Check:
             text = path.read_text(encoding="utf-8")
             assert old in text, f"{old!r} is not in {file}"
             path.write_text(text.replace(old, new, 1), encoding="utf-8")
-        found = validation.check_pack(home, "starting")[1]
+        found = [*map(str, validation.check_pack(home, "starting")[1])]
         for fault in found:
             assert FORM.fullmatch(fault.replace(f"{library}/", "")), fault
         return found
@@ -417,7 +417,7 @@ def test_what_a_task_names_and_the_home_lacks_is_a_hint(
     change: tuple[str, str], check: Check, tmp_path: Path
 ) -> None:
     assert check(("tasks.ttl", *change)) == []
-    [hint] = validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
+    [hint] = map(str, validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2])
     assert FORM.fullmatch(hint) and LACKS[change] in hint and "the nearest there is " in hint
 
 
@@ -435,7 +435,7 @@ def test_a_goal_that_says_too_little_is_a_hint(told: str, check: Check, tmp_path
     wrapped, packed = WEAK[told]
     first = ("tasks.ttl", "ex:vase ex:wrapped true", wrapped)
     assert check(first, ("tasks.ttl", "ex:vase ex:lies_in ex:crate", packed)) == []
-    [hint] = validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2]
+    [hint] = map(str, validation.check_pack(Workspace(tmp_path / "robot"), "starting")[2])
     assert FORM.fullmatch(hint) and "entry pack the vase: " in hint and told in hint
 
 
@@ -516,7 +516,7 @@ def test_any_line_may_be_missing(tmp_path: Path) -> None:
         whole = path.read_text(encoding="utf-8")
         lines = whole.splitlines(keepends=True)
         path.write_text("".join(lines[:number] + lines[number + 1 :]), encoding="utf-8")
-        found = validation.check_pack(home, "starting")[1]
+        found = [*map(str, validation.check_pack(home, "starting")[1])]
         told += bool(found)
         assert [fault for fault in found if not FORM.fullmatch(fault)] == []
         path.write_text(whole, encoding="utf-8")
@@ -551,7 +551,8 @@ def test_one_mistake_is_one_fault(tmp_path: Path, name: str) -> None:
     assert old in text
     path.write_text(text.replace(old, new, times), encoding="utf-8")
 
-    _, found, hints = validation.check_pack(home, "mine")
+    _, *both = validation.check_pack(home, "mine")
+    found, hints = ([*map(str, faults)] for faults in both)
 
     assert len(found) == 1, found
     assert FORM.fullmatch(found[0])

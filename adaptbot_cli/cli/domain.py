@@ -146,7 +146,8 @@ def check_domain(
 
     home = workspace(workspace_dir)
     name = domain_name(name, home)
-    kg, found, hints = validation.check_pack(home, name)
+    kg, *both = validation.check_pack(home, name)
+    found, hints = ([*map(str, faults)] for faults in both)
     if json:
         print_json({"domain": name, "faults": found, "hints": hints})
         return FINDINGS if found else 0

@@ -14,6 +14,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.describing import plainly
 from adaptbot_cli.core.domain import Domain, InitialState
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, TRUE, Triple, local, ordered
 
 Sign = Literal["added", "removed", "changed"]
@@ -259,27 +260,8 @@ class Status:
     edited: Sequence[str] = ()
     changes: Changes | None = None
     problem: str = ""
-    faults: Sequence[str] = ()
+    faults: Sequence[Fault] = ()
     waiting: Sequence[PurePath] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Wrong:
-    """Something wrong: the sentence, the file it stands in, what to do, what caused it.
-
-    A `hint` is worth knowing and no fault.
-    """
-
-    message: str
-    file: str = ""
-    remedy: str = ""
-    cause: str = ""
-    hint: bool = False
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it as a plain object."""
-        record = {"message": self.message, "file": self.file, "remedy": self.remedy}
-        return {**record, "cause": self.cause or None, "hint": self.hint}
 
 
 @dataclass(slots=True)

@@ -1,451 +1,92 @@
-"""What is wrong with a graph's facts, in plain words: file, entry, problem, what to do.
+"""The record of what is wrong with a pack, its plan library or a home's facts, and its sentences.
 
-`faults` judges a whole graph; `new_faults` what one change of it would break, by looking only at
-the things that the change touches, so that its time does not grow with the graph.
+Whatever looks for such a thing gives these: `core/pack` reading a pack, `core/lint` the names in
+it, `core/validate` the facts.
 """
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.domain import Domain, Property
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.lint import misnamed
-from adaptbot_cli.core.names import a, nearest_remedy, sentence_list
-from adaptbot_cli.core.robots import hand_faults
-from adaptbot_cli.core.terms import (
-    AB,
-    ATTRIBUTES,
-    DATATYPES,
-    FACT_TERMS,
-    STATES,
-    Triple,
-    is_value,
-    local,
-    node_of,
-    term_of,
-)
+from adaptbot_cli.core.names import sentence_list
+from adaptbot_cli.core.terms import STATES, Triple
 
-Facts = Sequence[Triple]
-
-_MANY = 500
-"""From so many things on, those that may have a fault are sought in the engine first."""
+_MOST_NAMED = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Something that the domain does not allow.
+    """A problem, what to do about it, the file, and the names of its entries that have it.
 
-    `plain` is a sentence that begins with the name of the thing; `str` one that begins with file
-    and entry, and ends with the `remedy`. `facts` are those that it is made of, none if the
-    pack itself is wrong; `about` is the thing, None likewise.
+    Of facts, `about` is the thing and `facts` those that the fault is made of; of a pack it has
+    neither. `unknown` is the name that stands for nothing, if that is the fault, and `cause` in
+    words where the facts come from. A `hint` is worth knowing and no fault.
     """
 
-    name: str
     problem: str
     remedy: str = ""
-    file: str = "attributes.ttl"
+    file: str = ""
+    entries: tuple[str, ...] = ()
     about: Node | None = None
     facts: frozenset[Triple] = frozenset()
+    unknown: str = ""
+    cause: str = ""
+    hint: bool = False
 
     def __str__(self) -> str:
-        if self.about is None:
-            return self.problem
+        names = f"{self.file}, {'entries' if self.entries[1:] else 'entry'} {self._names}"
+        where = names if self.entries else self.file
         end = f"; {self.remedy}" if self.remedy else ""
-        return f"{self.file}, entry {self.name}: {self.problem}{end}"
+        return ": ".join(filter(None, (where, self.problem))) + end
 
     @property
-    def plain(self) -> str:
-        """The sentence for somebody who sees no files."""
-        return self.problem if self.about is None else f"{self.name}: {self.problem}"
+    def message(self) -> str:
+        """The sentence for somebody who sees no files: the entries and the problem."""
+        return ": ".join(filter(None, (self._names, self.problem)))
+
+    @property
+    def _names(self) -> str:
+        return sentence_list(self.entries, _MOST_NAMED)
 
     @property
     def key(self) -> object:
         """What makes it the same fault even if its things are called otherwise now."""
-        return (self.about, self.facts) if self.about is not None else self.problem
+        return (self.about, self.facts) if self.about is not None else self
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a plain object."""
+        record = {"message": self.message, "file": self.file, "remedy": self.remedy}
+        return {**record, "cause": self.cause or None, "hint": self.hint}
 
 
-def faults(kg: Kg) -> list[Fault]:
-    """Return what the domain does not allow in the whole graph and pack; none if all is well.
-
-    A home may lack what a task needs: that is `lacking`.
-    """
-    return _some_faults(kg, suspects(kg), pack=True)
-
-
-def fact_faults(kg: Kg) -> list[Fault]:
-    """Return what the domain does not allow in the facts, whatever the pack names."""
-    return _some_faults(kg, suspects(kg), pack=False)
-
-
-def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault]:
-    """Return the faults that a change would bring: there with it and not without it.
-
-    `domain` is the domain that holds after the change, if that changes too. The graph is as it was
-    when this returns.
-    """
-    other = domain is not None and domain != kg.domain
-    change = _effective(kg, delta)
-    named_by = {RDF.type, AB.alias, *kg.named_by}  # what the pack refers to things by
-    pack = other or any(predicate in named_by for _, predicate, _ in change.removed)
-    touched = _touched(kg, change)
-    many = len(touched) > _MANY
-    likely = touched & suspects(kg) if many else touched
-    before = _some_faults(kg.under(kg.domain), likely, pack)
-    changed = kg.under(domain or kg.domain)
-    changed.learn(change)
-    try:
-        touched |= _touched(changed, change)
-        likely = touched & suspects(changed) if many else touched
-        after = _some_faults(changed, likely, pack)
-    finally:
-        changed.learn(change.inverse)
-    known = {fault.key for fault in before}
-    return [fault for fault in after if fault.key not in known]
-
-
-def _effective(kg: Kg, delta: Delta) -> Delta:
-    """The effective delta: additions not yet present, removals that are."""
-    removed, added = (
-        frozenset(triple for triple in triples if (triple in kg.facts) == there)
-        for triples, there in ((delta.removed - delta.added, True), (delta.added, False))
-    )
-    return Delta(removed, added)
-
-
-def _some_faults(kg: Kg, touched: Iterable[Node], pack: bool) -> list[Fault]:
-    found = [
-        fault for about in sorted(touched, key=str) for fault in _of(kg, about, _known(kg, about))
-    ]
-    found += [Fault("", text) for text in misnamed(kg)] if pack else []
-    return list(dict.fromkeys(found))
-
-
-def _touched(kg: Kg, delta: Delta) -> set[Node]:
-    """The things that a change is about, and those that point at one whose class it changes."""
-    changed = delta.removed | delta.added
-    found = {subject for subject, _, _ in changed}
-    retyped = {subject for subject, predicate, _ in changed if predicate == RDF.type}
-    return found | {s for thing in retyped for s in kg.facts.subjects(None, thing)}
-
-
-def _known(kg: Kg, about: Node) -> Facts:
-    graphs = (kg.graph(name) for name in (ATTRIBUTES, STATES))
-    return sorted(triple for graph in graphs for triple in graph.triples((about, None, None)))
-
-
-def suspects(kg: Kg) -> set[Node]:
-    """Return the things that may have a fault: all that have one, and few others.
-
-    The engine finds them; `_of` judges them. Time is in proportion to the facts.
-    """
-    found = {thing for query in _suspect_queries(kg) for (thing,) in _found(kg, query)}
-    for prop in kg.domain.properties.values():
-        if str(prop.range).startswith(str(XSD)) and prop.range != XSD.string:
-            # In the engine's terms: rdflib makes something else of what is ill-typed.
-            values = f"SELECT DISTINCT ?o WHERE {{ ?s {_n3(prop.iri)} ?o }}"
-            for (value,) in _asked(kg, values):
-                if next(_range(kg, prop, node_of(value)), None):
-                    quads = kg.engine.quads_for_pattern(None, term_of(prop.iri), value, None)
-                    found |= {node_of(quad.subject) for quad in quads}
-    return found | _in_rings(kg) | set(kg.robots)
-
-
-def _asked(kg: Kg, query: str) -> Any:
-    """The rows of a query of this module, which needs no clock: its time is that of the facts."""
-    return kg.facts.engine.query(query, use_default_graph_as_union=True)
-
-
-def _found(kg: Kg, query: str) -> Iterator[tuple[Node, ...]]:
-    return (tuple(map(node_of, row)) for row in _asked(kg, query))
-
-
-def _suspect_queries(kg: Kg) -> Iterator[str]:
-    """A query for each way in which a thing can be faulty; `?s` is the thing."""
-    domain, known = kg.domain, {*kg.domain.properties, RDF.type, *FACT_TERMS}
-    classes = {k.iri: [o.iri for o in domain.kinds.values() if k.iri in o.supers]
-               for k in domain.kinds.values()}  # fmt: skip
-    typed = f"GRAPH {_n3(ATTRIBUTES)} {{ ?s a ?k }}"
-    yield f"""SELECT DISTINCT ?s WHERE {{ VALUES ?g {{ {_n3(ATTRIBUTES, STATES)} }}
-              GRAPH ?g {{ ?s ?p ?o }} FILTER NOT EXISTS {{ {typed} }} }}"""
-    yield f"SELECT ?s WHERE {{ {typed} FILTER(?k NOT IN ({_n3(*domain.kinds, sep=',')})) }}"
-    yield f"""SELECT DISTINCT ?s WHERE {{ VALUES ?g {{ {_n3(ATTRIBUTES, STATES)} }}
-              GRAPH ?g {{ ?s ?p ?o }} FILTER(?p NOT IN ({_n3(*known, sep=",")})) }}"""
-    yield f"SELECT DISTINCT ?s WHERE {{ {typed} . ?s a ?other FILTER(?k != ?other) }}"
-    yield f"SELECT ?s WHERE {{ GRAPH {_n3(STATES)} {{ ?s a ?k }} }}"
-    for prop in domain.properties.values():
-        its = f"?s {_n3(prop.iri)} ?o"
-        if prop.domain:
-            yield f"SELECT DISTINCT ?s WHERE {{ {its} {_none_of('?s', classes, prop.domain)} }}"
-        if prop.range == XSD.string:
-            yield f"SELECT ?s WHERE {{ {its} FILTER(DATATYPE(?o) != {_n3(XSD.string)}) }}"
-            yield f"SELECT ?s WHERE {{ {its} FILTER(!isLiteral(?o)) }}"
-        elif prop.range and not str(prop.range).startswith(str(XSD)):
-            yield f"SELECT DISTINCT ?s WHERE {{ {its} {_none_of('?o', classes, prop.range)} }}"
-        if prop.functional:
-            other = f"?s {_n3(prop.iri)} ?b"
-            yield f"SELECT DISTINCT ?s WHERE {{ {its} . {other} FILTER(!sameTerm(?o, ?b)) }}"
-    for kind in domain.kinds.values():
-        if kind.name_property is not None:
-            lacks = f"FILTER NOT EXISTS {{ ?s {_n3(kind.name_property)} ?n }}"
-            yield f"SELECT ?s WHERE {{ ?s a {_n3(kind.iri)} {lacks} }}"
-    for named in kg.named_by:
-        both = f"?s {_n3(named)} ?n . ?t {_n3(named)} ?n FILTER(!sameTerm(?s, ?t))"
-        yield f"SELECT DISTINCT ?s WHERE {{ {both} ?s a ?k . ?t a ?k }}"
-    both = f"?s {_n3(AB.alias)} ?n . ?t {_n3(AB.alias)} ?n FILTER(!sameTerm(?s, ?t))"
-    yield f"SELECT DISTINCT ?s WHERE {{ {both} }}"
-
-
-def _none_of(node: str, classes: Mapping[URIRef, list[URIRef]], wanted: URIRef) -> str:
-    """A filter for what is of none of the classes below one."""
-    return f"""FILTER NOT EXISTS {{ {node} a ?k
-               FILTER(?k IN ({_n3(*classes.get(wanted, ()), sep=",")})) }}"""
-
-
-def _n3(*iris: URIRef, sep: str = " ") -> str:
-    """Write IRIs of the domain as a query has them."""
-    return sep.join(str(term_of(iri)) for iri in iris)
-
-
-def _in_rings(kg: Kg) -> set[Node]:
-    """The things that may be in themselves: what is in something and has something in it, without
-    those from which a way leads out."""
-    inside: dict[Node, set[Node]] = {}
-    places = _n3(*kg.domain.locations, sep=",")
-    held = f"FILTER EXISTS {{ ?x ?any ?s FILTER(?any IN ({places})) }}"
-    for prop in kg.domain.locations:
-        for thing, place in _found(kg, f"SELECT ?s ?o WHERE {{ ?s {_n3(prop)} ?o {held} }}"):
-            inside.setdefault(thing, set()).add(place)
-    while out := [node for node, places in inside.items() if not places & inside.keys()]:
-        for node in out:
-            del inside[node]
-    return set(inside)
-
-
-def _fault(kg: Kg, about: Node, problem: str, remedy: str, facts: Iterable[Triple]) -> Fault:
+def fault_of(
+    kg: Kg, about: Node, problem: str, remedy: str, facts: Iterable[Triple], unknown: str = ""
+) -> Fault:
+    """Return a fault of a thing; its file is that of the facts that it is made of."""
     known = frozenset(facts)
     states = bool(known) and all(kg.home_of(predicate) == STATES for _, predicate, _ in known)
     file = "state.ttl" if states else "attributes.ttl"
-    return Fault(kg.name(about), problem, remedy, file, about, known)
+    return Fault(problem, remedy, file, (kg.name(about),), about, known, unknown)
 
 
-def _of(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
-    """The faults of one thing, from all its facts."""
-    if all(predicate in FACT_TERMS for _, predicate, _ in known):
-        yield from _alias_faults(kg, known)
-        return
-    types = [value for _, predicate, value in known if predicate == RDF.type]
-    if types:
-        yield from _misfits(kg, known)
-        yield from _several_kinds(kg, about, types)
-        yield from _unnamed(kg, about, known, types)
-        for problem, remedy, prop in hand_faults(kg, about) if about in kg.robots else ():
-            facts = [t for t in known if t[1] in (RDF.type, prop)]
-            yield _fault(kg, about, problem, remedy, facts)
-    else:
-        remedy = "give it a class in attributes.ttl"
-        yield _fault(kg, about, "nothing says what it is", remedy, known)
-    yield from _several_values(kg, about, known)
-    yield from _shared_name(kg, about, known)
-    yield from _shared_alias(kg, known)
-    yield from _inside_itself(kg, about)
-
-
-def _alias_faults(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Other names of what is not there; absence is stated of the domain."""
-    actions = {action.iri for action in kg.domain.actions.values()}
-    for triple in known:
-        subject, predicate, value = triple
-        if predicate == AB.alias and subject not in actions:
-            text = f"has the other name {value}, but is nothing known"
-            yield _fault(kg, subject, text, "take it away", [triple])
-    yield from _shared_alias(kg, known)
-
-
-def _misfits(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Facts whose predicate or value does not fit the thing."""
-    for triple in known:
-        for problem, remedy in _misfit(kg, *triple):
-            yield _fault(kg, triple[0], problem, remedy, [triple])
-
-
-def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tuple[str, str]]:
-    if str(predicate).startswith(str(AB)):
-        if predicate not in FACT_TERMS:
-            terms = ", ".join(f"ab:{local(term)}" for term in sorted(FACT_TERMS))
-            yield f"ab:{local(predicate)} means nothing among the facts", f"{terms} do"
-        return
-    if predicate == RDF.type:
-        if value not in kg.domain.kinds:
-            remedy = nearest_remedy(local(value), map(local, kg.domain.kinds), "declare it there")
-            yield f"{local(value)} is no class of domain.ttl", remedy
-        return
-    prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
-    if prop is None:
-        known = map(local, kg.domain.properties)
-        remedy = nearest_remedy(local(predicate), known, "declare it there as an rdf:Property")
-        yield f"{local(predicate)} is not declared in domain.ttl", remedy
-        return
-    unclear = prop.domain not in kg.domain.kinds or _of_no_class(kg, subject)
-    if prop.domain and not unclear and not kg.is_a(subject, [prop.domain]):
-        wanted, found = a(kg.domain.label(prop.domain)), a(kg.kind_label(subject))
-        text = f"{_called(prop)} is for {wanted}, not {found}"
-        yield text, "take it away, or correct the class"
-    yield from _range(kg, prop, value)
-
-
-def _of_no_class(kg: Kg, thing: Node) -> bool:
-    """Whether a thing's class is unknown: that is one fault, not one more for each fact of it."""
-    return any(kind not in kg.domain.kinds for kind in kg.facts.objects(thing, RDF.type))
-
-
-def _called(prop: Property) -> str:
-    """A property in words that people use, and by its name in the files."""
-    short = local(prop.iri)
-    return short if prop.label == short else f"{prop.label} ({short})"
-
-
-def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
-    short = _called(prop)
-    if str(prop.range).startswith(str(XSD)):
-        wanted = a(local(prop.range))
-        remedy = f"write {DATATYPES.get(prop.range, wanted)}"
-        if isinstance(value, Literal) and value.ill_typed:
-            # What it was is lost: rdflib has made something else of it.
-            yield f"{short} is not written as {wanted} is", remedy
-        elif not is_value(value, prop.range):
-            yield f"{short} must be {wanted}, not {local(value)}", remedy
-    elif prop.range not in kg.domain.kinds or _of_no_class(kg, value):
-        return
-    elif not isinstance(value, URIRef) or not kg.classes(value):
-        known = kg.alike(local(value), [prop.range])
-        remedy = nearest_remedy(local(value), known, "declare it in attributes.ttl")
-        yield f"{short} is {local(value)}, which is nothing known", remedy
-    elif not kg.is_a(value, [prop.range]):
-        wanted = a(kg.domain.label(prop.range))
-        yield f"{short} must be {wanted}, {kg.name(value)} is not", f"name {wanted}"
-
-
-def _several_values(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
-    for predicate in dict.fromkeys(predicate for _, predicate, _ in known):
-        prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
-        these = [triple for triple in known if triple[1] == predicate]
-        if prop is not None and prop.functional and len(these) > 1:
-            values = " and ".join(sorted(kg.name(value) for _, _, value in these))
-            text = f"{_called(prop)} has {len(these)} values: {values}"
-            yield _fault(kg, about, text, "keep one", these)
-
-
-def _several_kinds(kg: Kg, about: Node, types: Sequence[Node]) -> Iterator[Fault]:
-    """Things of two classes that a person teaches, neither of which is the other's superclass."""
-    stated = [kind for kind in kg.domain.teachable if kind.iri in types]
-    others = [k for k in stated if not any(k.iri in o.supers for o in stated if o != k)]
-    if len(others) > 1:
-        text = f"is {' and '.join(a(kind.label) for kind in others)}"
-        facts = [(about, RDF.type, kind.iri) for kind in others]
-        yield _fault(kg, about, f"{text}; it can be only one of them", "", facts)
-
-
-def _unnamed(kg: Kg, about: Node, known: Facts, types: Sequence[Node]) -> Iterator[Fault]:
-    predicates = {predicate for _, predicate, _ in known}
-    for kind in (kg.domain.kinds[iri] for iri in types if iri in kg.domain.kinds):  # type: ignore[index]
-        if kind.name_property is not None and kind.name_property not in predicates:
-            text = f"lacks its name, {local(kind.name_property)}"
-            yield _fault(kg, about, text, "add it", [(about, RDF.type, kind.iri)])
-
-
-def _shared_name(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
-    """Names that two things of one class bear: no plan could say which it means."""
-    types = {value for _, predicate, value in known if predicate == RDF.type}
-    for _, predicate, name in (triple for triple in known if triple[1] in kg.named_by):
-        for other in sorted(set(kg.facts.subjects(predicate, name)) - {about}, key=str):
-            if types & set(kg.facts.objects(other, RDF.type)):
-                first, second = sorted((about, other), key=str)
-                text = f'its name "{name}" is that of {local(first)} too'
-                facts = frozenset({(first, predicate, name), (second, predicate, name)})
-                yield Fault(local(second), text, "change one", "attributes.ttl", second, facts)
-
-
-def _shared_alias(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Another name that two things share, so that it identifies neither."""
-    for _, _, value in (triple for triple in known if triple[1] == AB.alias):
-        bearers = sorted(kg.facts.subjects(AB.alias, value), key=str)
-        if len(bearers) > 1:
-            text = f'its other name "{value}" is that of '
-            text += " and ".join(kg.name(bearer) for bearer in bearers[1:])
-            facts = [(bearer, AB.alias, value) for bearer in bearers]
-            yield _fault(kg, bearers[0], f"{text} too", "keep one", facts)
-
-
-def _inside_itself(kg: Kg, about: Node) -> Iterator[Fault]:
-    """A thing that is in itself, directly or through others: one fault for the whole ring."""
-    way = _way_back(kg, about)
-    if way:
-        start = way.index(min(way, key=str))
-        way = [*way[start:], *way[:start]]
-        path = " in ".join(kg.name(node) for node in (*way, way[0]))
-        ring = list(zip(way, (*way[1:], way[0]), strict=True))
-        links = [(one, place, other) for one, other in ring for place in kg.domain.locations]
-        facts = [link for link in links if link in kg.facts]
-        remedy = "give one of them another place"
-        yield _fault(kg, way[0], f"is in itself: {path}", remedy, facts)
-
-
-def _way_back(kg: Kg, about: Node) -> list[Node]:
-    """The things from one to itself along what they are in, none if it is not in itself."""
-    ways: list[list[Node]] = [[about]]
-    seen: set[Node] = set()
-    while ways:
-        way = ways.pop()
-        places = {
-            place for prop in kg.domain.locations for place in kg.facts.objects(way[-1], prop)
-        }
-        if about in places:
-            return way
-        ways += [[*way, place] for place in sorted(places - seen, key=str)]
-        seen |= places
-    return []
-
-
-FAULT = re.compile(
-    r"(?P<file>[\w.]+\.ttl), entr(?:y|ies) (?P<entry>.+?): (?P<told>.+?)(; (?P<do>.+))?"
-)
-"""The parts of a sentence about an entry of a file."""
-
-_NAMES_NOTHING = re.compile(
-    r"(?P<name>[\w.-]+)( (in|of) .+?)? (is no (class|property)\b|is not declared in)"
-)
-_MOST_NAMED = 3
-
-
-def by_mistake(found: Sequence[str]) -> list[str]:
-    """Return a sentence for each mistake: of sentences that say the same of several entries, or
-    that one name stands for nothing, the first, with the other entries named in it."""
-    groups: dict[object, list[re.Match[str] | str]] = {}
-    for sentence in dict.fromkeys(found):
-        fault = FAULT.fullmatch(sentence)
-        missing = fault and _NAMES_NOTHING.search(fault["told"])
-        same = (fault["file"], fault["told"], fault["do"]) if fault else sentence
-        groups.setdefault(missing["name"] if missing else same, []).append(fault or sentence)
+def by_mistake(found: Iterable[Fault]) -> list[Fault]:
+    """Return a fault for each mistake: of those that say the same of several entries, or that one
+    name stands for nothing, the first, with the other entries named in it."""
+    groups: dict[object, list[Fault]] = {}
+    for fault in found:
+        key = fault.unknown or (fault.file, fault.problem, fault.remedy)
+        groups.setdefault(key, []).append(fault)
     return [_one_for(group) for group in groups.values()]
 
 
-def _one_for(group: "Sequence[re.Match[str] | str]") -> str:
-    first, *more = group
-    if isinstance(first, str) or not more:
-        return first if isinstance(first, str) else first.string
+def _one_for(group: Sequence[Fault]) -> Fault:
     entries: dict[str, dict[str, None]] = {}
     for fault in group:
-        if not isinstance(fault, str):
-            entries.setdefault(fault["file"], {})[fault["entry"]] = None
-    file = first["file"]
-    own = list(entries.pop(file))
-    its = f"{'entries' if own[1:] else 'entry'} {sentence_list(own, _MOST_NAMED)}"
-    others = [f"{other}: {sentence_list(list(n), _MOST_NAMED)}" for other, n in entries.items()]
-    told = first["told"] + (f" (also in {', '.join(others)})" if others else "")
-    return f"{file}, {its}: {told}" + (f"; {first['do']}" if first["do"] else "")
+        entries.setdefault(fault.file, {}).update(dict.fromkeys(fault.entries))
+    own = entries.pop(group[0].file)
+    others = [f"{file}: {sentence_list([*n], _MOST_NAMED)}" for file, n in entries.items()]
+    also = f" (also in {', '.join(others)})" if others else ""
+    return replace(group[0], problem=group[0].problem + also, entries=tuple(own))

@@ -8,10 +8,10 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.terms import AB, FACT_TERMS, Triple, local, ordered
+from adaptbot_cli.core.validate import new_faults
 
 _DECLARES = frozenset({RDFS.Class, RDF.Property})
 

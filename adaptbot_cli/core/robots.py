@@ -8,10 +8,11 @@ in a relation to it that the effect of some action makes.
 from collections.abc import Iterator
 from dataclasses import replace
 
-from rdflib import URIRef, Variable
+from rdflib import RDF, URIRef, Variable
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Property
+from adaptbot_cli.core.faults import Fault, fault_of
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import a, normal, sentence_list
 from adaptbot_cli.core.terms import STATES, Triple, local
@@ -35,7 +36,7 @@ def acting_as(kg: Kg, name: str) -> Kg:
         return kg
     wrong = next(hand_faults(kg, robot), None)
     if wrong is not None:
-        raise UsageError(f"{kg.name(robot)} {wrong[0]}; {wrong[1]} (docs/sharing.md)")
+        raise UsageError(f"{kg.name(robot)} {wrong.problem}; {wrong.remedy} (docs/sharing.md)")
     if not hand_properties(kg, robot) and any(k.hand for k in kg.domain.kinds.values()):
         raise UsageError(
             f"the {kg.domain.name} pack does not say whose each hand is, so it has one robot only; "
@@ -68,25 +69,23 @@ def hand_properties(kg: Kg, robot: Node) -> list[Property]:
     return [prop for prop in found if kg.is_a(robot, [prop.domain])]
 
 
-def hand_faults(kg: Kg, robot: Node) -> Iterator[tuple[str, str, URIRef]]:
-    """Give what is wrong with a robot's hands: the problem, the remedy and the property.
+def hand_faults(kg: Kg, robot: Node) -> Iterator[Fault]:
+    """Give what is wrong with a robot's hands.
 
     Where no robot is said to have any, as in the published graphs, the pack knows that of its own.
     """
     for prop in hand_properties(kg, robot):
         named = f"{prop.label} ({local(prop.iri)})"
         hands = kg.objects(robot, prop.iri)
+        facts = [t for p in (RDF.type, prop.iri) for t in kg.facts.triples((robot, p, None))]
         if not hands and (robot != kg.domain.agent or next(kg.facts.subjects(prop.iri), None)):
-            yield (
-                f"has no {named}",
-                f"give it {a(kg.domain.kinds[prop.range].label)} of its own",
-                prop.iri,
-            )
+            remedy = f"give it {a(kg.domain.kinds[prop.range].label)} of its own"
+            yield fault_of(kg, robot, f"has no {named}", remedy, facts)
         for hand in hands:
             others = sorted(kg.name(s) for s in kg.facts.subjects(prop.iri, hand) if s != robot)
             if others:
                 text = f"has the {named} {kg.name(hand)}, which is that of {others[0]} too"
-                yield text, "give each its own", prop.iri
+                yield fault_of(kg, robot, text, "give each its own", facts)
 
 
 def held_by_another(kg: Kg, thing: Node) -> Triple | None:

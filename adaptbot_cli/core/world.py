@@ -9,11 +9,11 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.domain import Action, Domain
-from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Step
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.terms import STATES, Triple, local
+from adaptbot_cli.core.validate import new_faults
 
 STOPPED, REFUSED, LOST = "stopped", "refused", "lost"
 """Why nothing more is done in a world: the person pressed Ctrl-C or did not agree to a step, or the
@@ -122,7 +122,7 @@ def possible(kg: Kg, expected: Delta, seen: Seen) -> tuple[Seen, tuple[str, ...]
         of_seen = [fault for fault in found if fault.facts & seen.observed]
         if not of_seen:
             return seen, tuple(wrong)
-        wrong += [fault.plain for fault in of_seen]
+        wrong += [fault.message for fault in of_seen]
         bad = frozenset().union(*(fault.facts for fault in of_seen))
         seen = replace(seen, observed=seen.observed - bad)
 

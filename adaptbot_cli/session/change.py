@@ -398,7 +398,7 @@ def commit_edits(home: Home, message: str) -> str | None:
             return None
         found = by_mistake(edit_faults(versions.repo, home.domain))
         if found:
-            text = "; ".join(found[:_MOST])
+            text = "; ".join(map(str, found[:_MOST]))
             more = len(found) - _MOST
             see = f"see adaptbot kg validate --domain {home.domain}"
             rest = f"; and {more} more: {see}" if more > 0 else ""

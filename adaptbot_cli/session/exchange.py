@@ -22,6 +22,7 @@ from adaptbot_cli.adapters.store.reading import fact_files
 from adaptbot_cli.adapters.store.trailers import answers, compose
 from adaptbot_cli.adapters.store.versions import Versions, facts_of
 from adaptbot_cli.core.delta import Delta, net
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question, side_of
 from adaptbot_cli.core.names import normal, variants
 from adaptbot_cli.core.provenance import Told, short
@@ -284,8 +285,9 @@ def _named(text: str) -> set[str]:
     return {variant for name in several for variant in (name, *variants(name))}
 
 
-def _refuse(lines: list[str]) -> None:
-    raise KnowledgeError(f"nothing of the shared graph was taken: {'; '.join(lines)}")
+def _refuse(faults: Iterable[Fault]) -> None:
+    text = "; ".join(map(str, faults))
+    raise KnowledgeError(f"nothing of the shared graph was taken: {text}")
 
 
 @dataclass(slots=True)

@@ -1,30 +1,28 @@
 """How a workspace stands, and everything that is wrong with its knowledge or a pack."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-
-from rdflib import RDF
-from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.keeper import edit_faults, edited_plans
 from adaptbot_cli.adapters.store.reading import check_files, load_kg
 from adaptbot_cli.adapters.store.versions import PACK, facts_of
-from adaptbot_cli.core.changes import Changes, Status, Words, Wrong
-from adaptbot_cli.core.faults import FAULT, by_mistake, faults
+from adaptbot_cli.core.changes import Changes, Status, Words
+from adaptbot_cli.core.faults import Fault, by_mistake
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.lint import lacking
 from adaptbot_cli.core.provenance import Origin
 from adaptbot_cli.core.refine.goals import weak
-from adaptbot_cli.core.terms import Triple, local
+from adaptbot_cli.core.terms import Triple, kept, ordered
+from adaptbot_cli.core.validate import faults
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.sources import load, settled
 from adaptbot_cli.workspace import Workspace
 
 
-def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str], list[str]]:
-    """Return a domain's graph, a sentence for each fault, and hints: file, entry, what to do.
+def check_pack(workspace: Workspace, domain: str) -> tuple[Kg | None, list[Fault], list[Fault]]:
+    """Return a domain's graph, the faults of its files and its plan library, and hints.
 
     Hints are of what tasks name and the home lacks, and of goals that say too little.
     With a fault the graph may be None, and is good for nothing but a look.
@@ -33,18 +31,23 @@ def check_pack(workspace: Workspace, domain: str) -> tuple["Kg | None", list[str
         UsageError: there is no such domain.
         KnowledgeError: its folder cannot be read.
     """
+    kg, found = _checked(workspace, domain)
+    hints = () if kg is None else lacking(kg) if found else (*lacking(kg), *weak(kg))
+    return kg, found, [*hints]
+
+
+def _checked(workspace: Workspace, domain: str) -> tuple[Kg | None, list[Fault]]:
     from adaptbot_cli.adapters.planner.checking import library_faults
 
     files = settled(workspace.root, lambda: workspace.files(domain))
-    kg, found, hints = check_files(files)
+    kg, found = check_files(files)
     if kg is not None and kg.domain.name not in ("", domain):
         text = f'rdfs:label is "{kg.domain.name}" in the folder {domain}'
-        found.append(f'domain.ttl, entry {kg.domain.name}: {text}; write "{domain}"')
-    found = by_mistake([*found, *library_faults(workspace.library(domain), kg)])
-    return kg, found, hints if found or kg is None else [*hints, *weak(kg)]
+        found.append(Fault(text, f'write "{domain}"', "domain.ttl", (kg.domain.name,)))
+    return kg, by_mistake([*found, *library_faults(workspace.library(domain), kg)])
 
 
-def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Wrong]:
+def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> list[Fault]:
     """Return everything that is wrong with a domain's files, or with the facts of other files.
 
     What tasks need and is not there comes last, as hints.
@@ -53,64 +56,43 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         UsageError: there is no such domain.
         KnowledgeError: its folder, or one of the other files, cannot be read.
     """
+    kg: Kg | None
     if files:
         kg = load(workspace, domain, files)
         where = ", ".join(map(str, files))
-        told = by_mistake([str(fault) for fault in faults(kg)])
-        wrong = [Wrong(fault, where, "correct the file") for fault in told]
-        return [*wrong, *(_hinted(hint, domain) for hint in lacking(kg))]
-    kg_, found, _ = check_pack(workspace, domain)
-    home: Home | None = Home(workspace, domain) if found else None
-    try:
-        home = home if home is not None and home.kg and home.facts else None
-    except KnowledgeError:
-        home = None  # what cannot be loaded has no facts to look the origin up of
-    wrong = [_explained(str(fault), domain, home) for fault in found]
-    return [*wrong, *(_hinted(hint, domain) for hint in (lacking(kg_) if kg_ else ()))]
+        found = [Fault(str(f), "correct the file", where) for f in by_mistake(faults(kg))]
+    else:
+        kg, told = _checked(workspace, domain)
+        origins = _origins(Home(workspace, domain), told)
+        found = [_explained(fault, domain, origins) for fault in told]
+    hints = () if kg is None else lacking(kg)
+    return [*found, *(replace(hint, file=f"kg/{domain}/{hint.file}") for hint in hints)]
 
 
-def _hinted(hint: str, domain: str) -> Wrong:
-    """A hint of the tasks, in the parts of its sentence."""
-    file, _, text = hint.partition(": ")
-    message, _, remedy = text.partition("; ")
-    return Wrong(message, f"kg/{domain}/{file}", remedy, hint=True)
-
-
-def _explained(fault: str, domain: str, home: Home | None) -> Wrong:
+def _explained(fault: Fault, domain: str, origins: Mapping[Triple, Origin]) -> Fault:
     """Say of a fault where it stands, which answer caused it and how to get rid of it."""
-    match = FAULT.fullmatch(fault)
-    if match is None:
-        return Wrong(fault, f"kg/{domain}")
-    file, remedy = f"kg/{domain}/{match['file']}", match["do"] or "edit the entry"
-    if home is None or match["file"] not in ("attributes.ttl", "state.ttl"):
-        return Wrong(f"{match['entry']}: {match['told']}", file, remedy)
-    first = re.split(", | and ", match["entry"])[0]
-    origins = _origins(home, _meant(first, match["told"], home))
-    caused = "; ".join(dict.fromkeys(_origin_text(origin, domain) for origin in origins))
-    answers = [origin.answer for origin in origins if origin.answer]
+    if not fault.entries:
+        return Fault(str(fault), file=f"kg/{domain}")
+    known = dict.fromkeys(origins[fact] for fact in ordered(fault.facts) if fact in origins)
+    found = sorted(known, key=lambda origin: origin.when)
+    remedy = fault.remedy or "edit the entry"
+    answers = [origin.answer for origin in found if origin.answer]
     if answers:
         remedy += f", or adaptbot kg revert --answer {answers[-1]}"
-    return Wrong(f"{match['entry']}: {match['told']}", file, remedy, caused)
+    caused = "; ".join(dict.fromkeys(_origin_text(origin, domain) for origin in found))
+    return replace(fault, file=f"kg/{domain}/{fault.file}", remedy=remedy, cause=caused)
 
 
-def _meant(name: str, text: str, home: Home) -> list[Triple]:
-    """The facts that a fault is about: those of its thing whose predicate or place it names."""
-    words = set(re.split(r"[\s:,()]+", text))
-    places = {kind.location_property for kind in home.kg.domain.kinds.values()}
-    about = sorted(t for t in home.facts if name in (home.words.name(t[0]), local(t[0])))
-    named = [t for t in about if local(t[1]) in words]
-    if named:
-        return named
-    wanted: set[Node | None] = set(places) if "itself" in words else {RDF.type}
-    return [t for t in about if t[1] in wanted]
-
-
-def _origins(home: Home, triples: Sequence[Triple]) -> list[Origin]:
+def _origins(home: Home, found: Sequence[Fault]) -> dict[Triple, Origin]:
+    """Where the facts of some faults come from, each as the graph has it."""
+    slots = {fact[:2] for fault in found for fact in fault.facts}
+    if not slots:
+        return {}
+    stated = {(*fact[:2], kept(fact[2])): fact for fact in home.facts if fact[:2] in slots}
     if home.versions is None:
-        return [PACK] if triples else []
-    found = home.versions.origins(triples, home.pack)
-    ordered = (found[triple] for triple in triples)
-    return sorted(dict.fromkeys(ordered), key=lambda origin: origin.when)
+        return dict.fromkeys(stated, PACK)
+    origins = home.versions.origins(stated.values(), home.pack)
+    return {fact: origins[written] for fact, written in stated.items()}
 
 
 def _origin_text(origin: Origin, domain: str) -> str:

@@ -290,6 +290,38 @@ def test_several_faults_are_told_once_each_and_the_first_few(fresh: Fresh) -> No
     path.write_text(facts_there, encoding="utf-8")
 
 
+NEW = "edited by hand, not committed yet"
+CAUSES = {
+    "must be a boolean": ("attributes", "ex:egg ex:IsLiquid 7 .", NEW),
+    "has 2 values": (
+        "attributes",
+        "ex:egg ex:IsLiquid 7 .",
+        f"{NEW}; it came with the kitchen pack",
+    ),
+    "nothing says what it is": ("state", "ex:ghost ex:obj_location ex:fridge .", NEW),
+    'its other name "a; b" is that of egg too': (
+        "attributes",
+        'ex:egg <urn:adaptbot:alias> "a; b" . ex:apple <urn:adaptbot:alias> "a; b" .',
+        NEW,
+    ),
+    "it can be only one of them": (
+        "attributes",
+        "ex:egg a ex:imreceptacle .",
+        f"{NEW}; it came with the kitchen pack",
+    ),
+}
+
+
+@pytest.mark.parametrize("problem", CAUSES)
+def test_the_cause_of_a_fault_is_where_its_own_facts_come_from(fresh: Fresh, problem: str) -> None:
+    file, more, cause = CAUSES[problem]
+    path = fresh().workspace.root / f"kg/kitchen/{file}.ttl"
+    path.write_text(f"{path.read_text(encoding='utf-8')}\n{more}\n", encoding="utf-8")
+    found = validation.validate(fresh().workspace, "kitchen")
+    [fault] = [fault for fault in found if problem in fault.message]
+    assert fault.cause == cause and fault.file == f"kg/kitchen/{file}.ttl"
+
+
 def test_edits_that_are_no_turtle_are_told_with_their_line(taught: Home, fresh: Fresh) -> None:
     edit(fresh(), "state.ttl", "ex:egg ex:IsBoiled false", "ex:egg ex:IsBoiled ?")
     root = str(fresh().workspace.root)

@@ -12,13 +12,13 @@ from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.core.acting import draft as passages
 from adaptbot_cli.core.acting.draft import Draft, from_action, written
 from adaptbot_cli.core.acting.picking import changes, needs, taking
-from adaptbot_cli.core.faults import faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.plan import Call, Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.terms import AB
 from adaptbot_cli.core.turns import Ask
+from adaptbot_cli.core.validate import faults
 from tests.driving import Script, drive
 from tests.packs import ROOT
 from tests.worlds import FILES, PREFIXES, W, workshop

@@ -11,13 +11,13 @@ from rdflib.term import Node
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import check_files, load_kg
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.faults import faults, new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.robots import acting_as, held_by_another
 from adaptbot_cli.core.terms import STATES, Triple
 from adaptbot_cli.core.turns import Ask
+from adaptbot_cli.core.validate import faults, new_faults
 from adaptbot_cli.core.world import fact_of
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.resources import bundled
@@ -175,11 +175,10 @@ def test_a_robot_without_a_hand_of_its_own_is_told_and_does_not_act() -> None:
     with pytest.raises(UsageError, match=r"robot2 has no hand \(has_hand\); give it a hand"):
         acting_as(lame, "robot2")
     shared = home(attributes="ex:robot2 rdf:type ex:agent ; ex:has_hand ex:robot_arm .\n")
-    assert {fault.name for fault in faults(shared)} == {"robot", "robot2"}
+    assert {fault.entries for fault in faults(shared)} == {("robot",), ("robot2",)}
     with pytest.raises(UsageError, match="robot_arm, which is that of robot too"):
         acting_as(shared, "robot2")
-    told = check_files(files(KITCHEN.folder, "ex:robot2 rdf:type ex:agent .\n"))[1]
-    assert told == [str(fault)]
+    assert check_files(files(KITCHEN.folder, "ex:robot2 rdf:type ex:agent .\n"))[1] == [fault]
 
 
 def test_a_change_that_gives_away_a_hand_is_refused() -> None:
@@ -188,7 +187,7 @@ def test_a_change_that_gives_away_a_hand_is_refused() -> None:
         frozenset({(EX.robot2, EX.has_hand, EX.robot2_arm)}),
         frozenset({(EX.robot2, EX.has_hand, EX.robot_arm)}),
     )
-    assert [fault.name for fault in new_faults(kg, taken)] == ["robot2"]
+    assert [fault.entries for fault in new_faults(kg, taken)] == [("robot2",)]
     assert not new_faults(kg, Delta(added=frozenset({(EX.robot2, EX.agent_near, EX.sink)})))
 
 

@@ -20,7 +20,8 @@ from adaptbot_cli.adapters.display.cells import (
     table,
 )
 from adaptbot_cli.adapters.display.origins import difference
-from adaptbot_cli.core.changes import Status, Words, Wrong
+from adaptbot_cli.core.changes import Status, Words
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.importing import Parcel
 from adaptbot_cli.core.terms import local
 
@@ -48,7 +49,7 @@ def status(standing: Status, words: Words | None) -> RenderableType:
             parts.append(Padding(difference(standing.changes, words, _MOST_ROWS), (0, 0, 0, 2)))
         else:
             parts.append(Text("  only comments or layout: no fact differs", "dim"))
-        parts += [noted(BAD, fault) for fault in standing.faults]
+        parts += [noted(BAD, str(fault)) for fault in standing.faults]
         if not standing.faults and not standing.problem:
             parts.append(Text('commit them with: adaptbot kg commit -m "…"', "dim"))
     else:
@@ -59,7 +60,7 @@ def status(standing: Status, words: Words | None) -> RenderableType:
     return Group(*parts)
 
 
-def faults(found: Sequence[Wrong]) -> RenderableType:
+def faults(found: Sequence[Fault]) -> RenderableType:
     """Show everything that is wrong: where, why, what to do."""
     if not found:
         return noted(GOOD, "nothing is wrong")

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, read_plan
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.parse import parse
@@ -15,8 +16,8 @@ from adaptbot_cli.errors import PackError
 _FORM = 'write one call a line, as in pick_up("vase")'
 
 
-def library_faults(folders: Sequence[Path], kg: Kg | None) -> Iterator[str]:
-    """Give a sentence for each fault of a library: file, problem, what to do.
+def library_faults(folders: Sequence[Path], kg: Kg | None) -> Iterator[Fault]:
+    """Give each fault of a library.
 
     Its actions are looked up in `kg`, unless that is None.
     """
@@ -27,25 +28,25 @@ def library_faults(folders: Sequence[Path], kg: Kg | None) -> Iterator[str]:
             yield from _names(plan, owners)
             yield from _calls(plan, kg)
         except PackError as error:
-            yield str(error)
+            yield Fault(str(error))
 
 
-def _names(plan: LibraryPlan, owners: dict[str, Path]) -> Iterator[str]:
+def _names(plan: LibraryPlan, owners: dict[str, Path]) -> Iterator[Fault]:
     for name in plan.names:
         other = owners.setdefault(normal(name), plan.path)
         if other != plan.path:
             text = f'its name "{name}" is that of {other.name} too'
-            yield f"{plan.path}: {text}; take it from one of them"
+            yield Fault(text, "take it from one of them", str(plan.path))
 
 
-def _calls(plan: LibraryPlan, kg: Kg | None) -> Iterator[str]:
+def _calls(plan: LibraryPlan, kg: Kg | None) -> Iterator[Fault]:
     """What is wrong with the calls that a plan renders to with its own ingredients."""
     items = dict.fromkeys((*(plan.base or ()), *plan.ingredients))
     parsed = parse(plan.render(plan.names[0], items))
     if not parsed.calls:
-        yield f"{plan.path}: renders to no call; {_FORM}"
+        yield Fault("renders to no call", _FORM, str(plan.path))
     for finding in parsed.findings:
-        yield f"{plan.path}: {finding.message}; {_FORM}"
+        yield Fault(finding.message, _FORM, str(plan.path))
     if kg is None:
         return
     scene = Scene(kg, Task(plan.names[0]))
@@ -55,4 +56,4 @@ def _calls(plan: LibraryPlan, kg: Kg | None) -> Iterator[str]:
         if resolve.action(name, scene).action is None:
             near = nearest(name, known, 1)
             remedy = f"the nearest there is {near[0]}" if near else "declare it in actions.ttl"
-            yield f"{plan.path}: {name} is no action of actions.ttl; {remedy}"
+            yield Fault(f"{name} is no action of actions.ttl", remedy, str(plan.path))

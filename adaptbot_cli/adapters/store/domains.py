@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from adaptbot_cli import cache, core
-from adaptbot_cli.core import domain, plan
+from adaptbot_cli.core import domain, faults, plan
 from adaptbot_cli.core.domain import Domain
+from adaptbot_cli.core.faults import Fault
 
 _KIND: Final = "domains"
 _MOST: Final = 32
@@ -23,7 +24,7 @@ _MOST: Final = 32
 
 _RDF: Final = ("URIRef", "Literal", "Variable")
 
-Read = tuple[Domain, list[str]]
+Read = tuple[Domain, list[Fault]]
 """A domain, and what is doubtful in its pack."""
 
 
@@ -55,7 +56,7 @@ class _Values(pickle.Unpickler):
 
     def find_class(self, module: str, name: str) -> Any:
         """Return a class by its name. Raises PickleError for all but those of a domain."""
-        own = {domain.__name__: domain, plan.__name__: plan}.get(module)
+        own = next((m for m in (domain, plan, faults) if m.__name__ == module), None)
         found = getattr(own, name, None)
         if isinstance(found, type) and found.__module__ == module:
             return found

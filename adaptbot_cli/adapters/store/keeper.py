@@ -33,12 +33,13 @@ from adaptbot_cli.adapters.store.reading import (
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
 from adaptbot_cli.adapters.store.turtle import parsed, rewrite, statements, tokens
 from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.faults import Fault, faults, new_faults
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept, ordered
 from adaptbot_cli.core.turns import Believe, Keep, Kept
+from adaptbot_cli.core.validate import faults, new_faults
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 _ACTIONS = "actions.ttl"
@@ -337,14 +338,13 @@ def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
     return {name: repo.blob(sha) for name, sha in blobs.items() if name.endswith(".ttl")}
 
 
-def faults_of(now: Held, before: Held | None) -> list[str]:
+def faults_of(now: Held, before: Held | None) -> list[Fault]:
     """What is wrong with a domain's files that was not yet wrong before."""
-    found = [*map(str, faults(now.kg)), *misplaced(now.kg)]
-    old = set() if before is None else {*map(str, faults(before.kg)), *misplaced(before.kg)}
-    return [fault for fault in found if fault not in old]
+    old = set() if before is None else {*map(str, (*faults(before.kg), *misplaced(before.kg)))}
+    return [fault for fault in (*faults(now.kg), *misplaced(now.kg)) if str(fault) not in old]
 
 
-def edit_faults(repo: Repo, domain: str) -> list[str]:
+def edit_faults(repo: Repo, domain: str) -> list[Fault]:
     """Return what is wrong with the files and was not yet at the last commit.
 
     Raises:
@@ -506,7 +506,7 @@ def _renamed(text: str, file: str, domain: URIRef, new: URIRef, name: str) -> st
 
 def refusal(where: str, found: Iterable[Fault], lessons: Sequence[Lesson], hint: str) -> str:
     """Say why a change is refused: each fault, and the answers that caused it."""
-    text = "; ".join(f"{fault.plain}{_cause(fault, lessons)}" for fault in found)
+    text = "; ".join(f"{f.message if f.facts else f}{_cause(f, lessons)}" for f in found)
     rest = f"; {hint}" if hint else ""
     return f"this cannot be kept beside what {where} holds now: {text}. Nothing was changed{rest}."
 

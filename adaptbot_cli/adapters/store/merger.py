@@ -14,6 +14,7 @@ from adaptbot_cli.adapters.store.keeper import Held, faults_of
 from adaptbot_cli.adapters.store.reading import fact_files, graph_of
 from adaptbot_cli.adapters.store.versions import Versions, facts_of, read
 from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.merging import Conflict, Facts, Key, Merge, Side, conflicts, of_faults
 from adaptbot_cli.core.provenance import Origin
 from adaptbot_cli.errors import KnowledgeError
@@ -200,8 +201,8 @@ class Merger:
     def _read(self, blob: str | None) -> bytes | None:
         return None if blob is None else self.repo.blob(blob)
 
-    def _refuse(self, faults: Iterable[str]) -> None:
-        lines = list(faults)
+    def _refuse(self, faults: Iterable[Fault]) -> None:
+        lines = [*map(str, faults)]
         if lines:
             more = f"; and {len(lines) - _MOST} more" if len(lines) > _MOST else ""
             raise KnowledgeError(
@@ -214,7 +215,7 @@ def agreed(
     start: Held,
     merge: Merge,
     ask: Callable[[Conflict], Side | None],
-    refuse: Callable[[list[str]], None],
+    refuse: Callable[[list[Fault]], None],
 ) -> Facts | None:
     """Return the merged facts when every conflict is settled, None where one stays open.
 
@@ -228,7 +229,7 @@ def agreed(
         for conflict in new:
             if conflict.key in asked:
                 name = start.kg.name(conflict.about)
-                refuse([f"what was chosen of {name} cannot stand beside the rest"])
+                refuse([Fault(f"what was chosen of {name} cannot stand beside the rest")])
             asked.add(conflict.key)
             sides.append(ask(conflict))
             facts = conflict.settled(facts, sides[-1] or "ours")

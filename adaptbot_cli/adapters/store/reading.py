@@ -6,15 +6,16 @@ from pathlib import Path
 
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
+from rdflib.term import Node
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import domains, turtle
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.faults import faults
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.lint import lacking
 from adaptbot_cli.core.pack import Sources, examine_domain, with_tasks
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
+from adaptbot_cli.core.validate import faults
 from adaptbot_cli.errors import KnowledgeError, PackError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
@@ -102,17 +103,17 @@ def load_domain(files: Mapping[str, bytes], where: str) -> Domain:
 
 
 @lru_cache(maxsize=8)
-def _examined(where: str, *parts: bytes) -> tuple[Domain, list[str]]:
+def _examined(where: str, *parts: bytes) -> domains.Read:
     """Read a domain, and what is doubtful in it; nothing is read that was read before."""
 
-    def read() -> tuple[Domain, list[str]]:
+    def read() -> domains.Read:
         given = zip(DOMAIN_FILES, parts, strict=True)
         domain, notes = examine_domain(Sources(*(parse(d, f"{where}/{n}") for n, d in given)))
         try:
             notes.refuse()
         except PackError as error:  # it begins with the file's name
             raise PackError(f"{where}/{error}") from error
-        return domain, notes.sentences
+        return domain, notes.faults
 
     return domains.kept(parts, read)
 
@@ -135,63 +136,68 @@ def paths_of(domain: str, *files: Iterable[str]) -> list[str]:
     return [f"kg/{domain}/{name}" for name in names]
 
 
-def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[str], list[str]]:
-    """Look at a pack as `load_kg` reads it, and tell every fault rather than the first, and hints.
+def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[Fault]]:
+    """Look at a pack as `load_kg` reads it, and return every fault rather than raise the first.
 
     The graph is None if the files hold none; with faults it is good for further checks only.
     """
     graphs: dict[str, Graph] = {}
-    store, found = pyoxigraph.Store(), list[str]()
+    store, found = pyoxigraph.Store(), list[Fault]()
     for name in (*DOMAIN_FILES, *dict.fromkeys((*FACT_FILES, *fact_files(files)))):
+        if unreadable := _unreadable(files, name):
+            found.append(unreadable)
+            continue
         try:
-            _readable(files, name)
             if graph_of(name) is not None:
                 _fill(store, files[name], name, graph_of(name))
             else:
                 graphs[name] = parse(files[name], name)
         except KnowledgeError as error:
             unread = "no valid Turtle" in str(error)
-            found.append(f"{error}; correct it there or just before" if unread else str(error))
+            found.append(Fault(str(error), "correct it there or just before" if unread else ""))
     if "domain.ttl" not in graphs:
-        return None, found, []
+        return None, found
     whole = not found
     domain, doubts = _domain_of(files, graphs)
     found += doubts
     if not whole:
-        return None, found, []
+        return None, found
     kg = Kg.over(domain, store)
-    return kg, [*found, *misplaced(kg), *map(str, faults(kg))], list(lacking(kg))
+    return kg, [*found, *misplaced(kg), *faults(kg)]
 
 
-def _domain_of(files: Mapping[str, bytes], graphs: Mapping[str, Graph]) -> tuple[Domain, list[str]]:
-    """A domain that may have faults, and sentences about them."""
+def _domain_of(files: Mapping[str, bytes], graphs: Mapping[str, Graph]) -> domains.Read:
+    """A domain that may have faults, with these."""
     try:
         return _examined("", *(files.get(name, b"") for name in DOMAIN_FILES))
     except KnowledgeError:
         domain, notes = examine_domain(Sources(*(graphs.get(n, Graph()) for n in DOMAIN_FILES)))
-        return domain, notes.sentences
+        return domain, notes.faults
 
 
-def _readable(files: Mapping[str, bytes], name: str) -> None:
+def _unreadable(files: Mapping[str, bytes], name: str) -> Fault | None:
     if name not in files:
-        raise KnowledgeError(f"{name}: is missing; write it, a domain has five .ttl files")
+        return Fault("is missing", "write it, a domain has five .ttl files", name)
     try:
         files[name].decode("utf-8")
     except UnicodeDecodeError as error:
         line = files[name].count(b"\n", 0, error.start) + 1
-        text = f"{name}, line {line}: is no UTF-8 text; save the file as UTF-8"
-        raise KnowledgeError(text) from error
+        return Fault("is no UTF-8 text", "save the file as UTF-8", f"{name}, line {line}")
+    return None
 
 
-def misplaced(kg: Kg) -> Iterator[str]:
-    """Give a sentence for each property of a thing that stands in the file of the other graph."""
+def misplaced(kg: Kg) -> Iterator[Fault]:
+    """Give a fault for each property of a thing that stands in the file of the other graph."""
     attributes, states = FACT_FILES
-    classes = {(s, p) for s, p, _ in kg.graph(STATES).triples((None, RDF.type, None))}
+    classes = {*kg.graph(STATES).triples((None, RDF.type, None))}
     for home, file, at in ((states, attributes, STATES), (attributes, states, ATTRIBUTES)):
-        astray = {(s, p) for s, p, _ in kg.strays if kg.home_of(p) == at}
-        for subject, predicate in sorted(astray | (classes if file == states else set())):
-            text = f"{local(predicate)} does not belong here"
-            yield f"{file}, entry {local(subject)}: {text}; move it to {home}"
+        astray = {fact for fact in kg.strays if kg.home_of(fact[1]) == at}
+        found: dict[tuple[Node, Node], list[Triple]] = {}
+        for fact in sorted(astray | (classes if file == states else set())):
+            found.setdefault(fact[:2], []).append(fact)
+        for (subject, predicate), facts in found.items():
+            text, entry = f"{local(predicate)} does not belong here", (local(subject),)
+            yield Fault(text, f"move it to {home}", file, entry, subject, frozenset(facts))
 
 
 def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[Triple]]:

@@ -8,7 +8,6 @@ from rdflib import RDF, RDFS, BNode, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.faults import new_faults
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import attribute_findings, sentence
@@ -17,6 +16,7 @@ from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local
 from adaptbot_cli.core.turns import Act, Begin, Stop
+from adaptbot_cli.core.validate import new_faults
 from adaptbot_cli.core.world import Seen
 from adaptbot_cli.errors import WorldError
 
@@ -221,7 +221,7 @@ def _mistakes(kg: Kg, truth: Kg, facts: list[Triple]) -> Iterator[str]:
     )
     for fault in new_faults(kg, Delta(known - true, true - known)):
         if fault.about is not None:  # a home may lack what the pack names
-            yield fault.plain
+            yield fault.message
 
 
 def _wrong_slips(kg: Kg, facts: list[Triple]) -> Iterator[str]:

@@ -39,7 +39,7 @@ def status(
             "edited": list(found.edited),
             "changes": as_json(found.changes, words) if found.changes and words else None,
             "problem": found.problem,
-            "faults": list(found.faults),
+            "faults": [*map(str, found.faults)],
             "waiting": [path.name for path in found.waiting],
         }
     )

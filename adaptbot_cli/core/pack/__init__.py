@@ -1,4 +1,4 @@
-"""From the files of a domain pack to a `Domain`, with sentences for whatever is wrong in them."""
+"""From the files of a domain pack to a `Domain`, with a fault for whatever is wrong in them."""
 
 from adaptbot_cli.core.pack.examine import Sources, examine_domain, with_tasks
 

@@ -368,7 +368,7 @@ def _check_action(
             entry.note(f'ab:of "{need.of}" is none of its parameters', these)
         if need.prop and need.prop not in declared:
             text = f"ab:attribute {local(need.prop)} is not declared in domain.ttl"
-            entry.note(text, _declare(need.prop, declared))
+            entry.note(text, _declare(need.prop, declared), local(need.prop))
         elif need.prop in properties and properties[need.prop].graph == "state":
             text = f"ab:attribute {local(need.prop)} is a state, which is never asked for"
             entry.note(text, "write a condition with ab:ask instead")
@@ -378,7 +378,7 @@ def _check_action(
     for predicate in changed(action.effect):
         if predicate not in declared:
             text = f"ab:effect: {local(predicate)} is not declared in domain.ttl"
-            entry.note(text, _declare(predicate, declared))
+            entry.note(text, _declare(predicate, declared), local(predicate))
     purposes = (action.purpose,) if action.purpose else ()
     for condition in (*action.conditions, *action.advises, *purposes):
         check_message(entry, condition.message, names)

@@ -1,4 +1,4 @@
-"""One entry of a pack's file, with readers that note in a sentence what is wrong with it."""
+"""One entry of a pack's file, with readers that note what is wrong with it."""
 
 import sys
 from collections.abc import Iterable, Iterator
@@ -9,6 +9,7 @@ from rdflib import RDF, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.terms import AB, local
 from adaptbot_cli.errors import PackError
 
@@ -23,20 +24,20 @@ class Notes:
     A doubt is a likely fault: a check reports it, and it keeps nothing from being loaded.
     """
 
-    _found: dict[str, None] = field(default_factory=dict)
-    _doubts: dict[str, None] = field(default_factory=dict)
+    _found: dict[Fault, None] = field(default_factory=dict)
+    _doubts: dict[Fault, None] = field(default_factory=dict)
 
-    def add(self, where: str, problem: str, remedy: str) -> None:
-        """Note a fault: "FILE, entry NAME: what is wrong; what to do"."""
-        self._found[f"{where}: {problem}; {remedy}"] = None
+    def add(self, fault: Fault) -> None:
+        """Note a fault."""
+        self._found[fault] = None
 
-    def doubt(self, where: str, problem: str, remedy: str) -> None:
-        """Note a likely fault, in the same form."""
-        self._doubts[f"{where}: {problem}; {remedy}"] = None
+    def doubt(self, fault: Fault) -> None:
+        """Note a likely fault."""
+        self._doubts[fault] = None
 
     @property
-    def sentences(self) -> list[str]:
-        """The faults as sentences, then the likely ones."""
+    def faults(self) -> list[Fault]:
+        """The faults, then the likely ones."""
         return [*self._found, *self._doubts]
 
     def refuse(self) -> None:
@@ -65,13 +66,13 @@ class EntryReader:
         """Return the entry at a node; `entry` is its name in faults."""
         return cls(graph, file, entry or local(node), node, notes)  # type: ignore[arg-type]
 
-    def note(self, problem: str, remedy: str) -> None:
-        """Note a fault of this entry, and what to do about it."""
-        self.notes.add(f"{self.file}, entry {self.entry}", problem, remedy)
+    def note(self, problem: str, remedy: str, unknown: str = "") -> None:
+        """Note a fault of this entry; `unknown` is a name in it that stands for nothing."""
+        self.notes.add(Fault(problem, remedy, self.file, (self.entry,), unknown=unknown))
 
     def doubt(self, problem: str, remedy: str) -> None:
-        """Note a likely fault of this entry, and what to do about it."""
-        self.notes.doubt(f"{self.file}, entry {self.entry}", problem, remedy)
+        """Note a likely fault of this entry."""
+        self.notes.doubt(Fault(problem, remedy, self.file, (self.entry,)))
 
     def value(self, predicate: URIRef) -> Node | None:
         """Return the one value, if there is one; of several the first."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli.core.domain import Domain, Implication, InitialState, Kind, Property
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.pack.actions import changed, query_of, read_actions
 from adaptbot_cli.core.pack.entry import EntryReader, Notes, check_message, entries
@@ -99,14 +100,15 @@ def _check_effects(domain: Domain, notes: Notes) -> None:
             if predicate not in lasting:
                 text = f"ab:effect changes {local(predicate)}, which is an attribute"
                 remedy = "let it change a state, or declare this with ab:graph ab:state"
-            notes.add(f"actions.ttl, entry {local(action.iri)}", text, remedy)
+            notes.add(Fault(text, remedy, "actions.ttl", (local(action.iri),)))
 
 
 def _the_domain(graph: Graph, notes: Notes) -> EntryReader:
     found = sorted(graph.subjects(RDF.type, AB.Domain), key=str)
     if len(found) != 1:
         text = f"needs exactly one entry typed ab:Domain, has {len(found)}"
-        notes.add("domain.ttl", text, 'write "a ab:Domain" in the one that names the domain')
+        remedy = 'write "a ab:Domain" in the one that names the domain'
+        notes.add(Fault(text, remedy, "domain.ttl"))
     if found:
         return EntryReader.of(graph, "domain.ttl", found[0], notes)
     # What a domain lacks that is not there is nothing to tell.

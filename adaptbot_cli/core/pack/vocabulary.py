@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from rdflib import RDF, RDFS, BNode, Graph, URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.pack.entry import Notes
 from adaptbot_cli.core.terms import AB, TERMS, local
 
@@ -32,9 +33,9 @@ def check_terms(graph: Graph, file: str, notes: Notes) -> None:
         for node in (predicate,) if named else (predicate, value):
             term = _unknown(node)
             if term is not None:
-                text = f"there is no {term[0]}"
-                where = f"{file}, entry {local(_entry(graph, subject))}"
-                notes.add(where, text, f"the nearest is {term[1]}")
+                entry = (local(_entry(graph, subject)),)
+                remedy = f"the nearest is {term[1]}"
+                notes.add(Fault(f"there is no {term[0]}", remedy, file, entry))
 
 
 def check_types(graph: Graph, file: str, types: Collection[Node], notes: Notes) -> None:
@@ -46,7 +47,7 @@ def check_types(graph: Graph, file: str, types: Collection[Node], notes: Notes) 
         if misspelt or stated & set(types) or named:
             continue
         meant = " or ".join(f'"a {_short(kind)}"' for kind in types)
-        notes.add(f"{file}, entry {local(subject)}", "says not what it is", f"write {meant}")
+        notes.add(Fault("says not what it is", f"write {meant}", file, (local(subject),)))
 
 
 def _short(kind: Node) -> str:

@@ -11,6 +11,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.core.clauses import concerns
 from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.refine.grounding import sentence
@@ -100,25 +101,23 @@ def _goal(goal: Goal, task: Task, kg: Kg) -> Iterator[tuple[str, Finding]]:
             yield name, Finding("E503", goal.message.format(item=name), name)
 
 
-def weak(kg: Kg) -> Iterator[str]:
-    """Give a sentence for each task and class of tasks whose own goals are weak."""
+def weak(kg: Kg) -> Iterator[Fault]:
+    """Give a hint for each task and class of tasks whose own goals are weak."""
     classes = {task.iri: task for task in kg.domain.task_classes.values()}
     own = kg.under(replace(kg.domain, goals=()))
     for task in (*kg.domain.tasks, *classes.values()):
         goals = [goal for goal in task.goals if concerns(goal, task.required, kg)]
         if not goals:
             continue
-        where = f"tasks.ttl, entry {task.name}"
+        text = remedy = ""
         if not check_goal(Scene(own, task))[0]:
-            yield (
-                f"{where}: its goal holds here before anything is done; "
-                "ask for something that only doing it brings about"
-            )
+            text = "its goal holds here before anything is done"
+            remedy = "ask for something that only doing it brings about"
         elif not any(
             goal.classes or any(map(kg.classes, mentions(goal.query) - ruled_out(goal.query)))
             for goal in goals
         ):
-            yield (
-                f'{where}: its goal ("{goals[0].message}" otherwise) is about no item; '
-                "name the item in ab:ask, or ask for each ?item of ab:needs with ab:class"
-            )
+            text = f'its goal ("{goals[0].message}" otherwise) is about no item'
+            remedy = "name the item in ab:ask, or ask for each ?item of ab:needs with ab:class"
+        if text:
+            yield Fault(text, remedy, "tasks.ttl", (task.name,), hint=True)
