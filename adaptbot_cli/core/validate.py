@@ -4,9 +4,10 @@
 the things that the change touches, so that its time does not grow with the graph.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+import pyoxigraph
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
@@ -41,12 +42,7 @@ def faults(kg: Kg) -> list[Fault]:
 
     A home may lack what a task needs: that is `lacking`.
     """
-    return _some_faults(kg, suspects(kg), pack=True)
-
-
-def fact_faults(kg: Kg) -> list[Fault]:
-    """Return what the domain does not allow in the facts, whatever the pack names."""
-    return _some_faults(kg, suspects(kg), pack=False)
+    return _some_faults(kg, None, pack=True)
 
 
 def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault]:
@@ -59,18 +55,13 @@ def new_faults(kg: Kg, delta: Delta, domain: Domain | None = None) -> list[Fault
     change = _effective(kg, delta)
     named_by = {RDF.type, AB.alias, *kg.named_by}  # what the pack refers to things by
     pack = other or any(predicate in named_by for _, predicate, _ in change.removed)
-    touched = _touched(kg, change)
-    many = len(touched) > _MANY
-    likely = touched & suspects(kg) if many else touched
-    before = _some_faults(kg.under(kg.domain), likely, pack)
-    changed = kg.under(domain or kg.domain)
+    touched, changed = _touched(kg, change), kg.under(domain or kg.domain)
     changed.learn(change)
     try:
-        touched |= _touched(changed, change)
-        likely = touched & suspects(changed) if many else touched
-        after = _some_faults(changed, likely, pack)
+        after = _some_faults(changed, touched | _touched(changed, change), pack)
     finally:
         changed.learn(change.inverse)
+    before = _some_faults(kg.under(kg.domain), touched, pack) if after else []
     known = {fault.key for fault in before}
     return [fault for fault in after if fault.key not in known]
 
@@ -84,10 +75,12 @@ def _effective(kg: Kg, delta: Delta) -> Delta:
     return Delta(removed, added)
 
 
-def _some_faults(kg: Kg, touched: Iterable[Node], pack: bool) -> list[Fault]:
-    found = [
-        fault for about in sorted(touched, key=str) for fault in _of(kg, about, _known(kg, about))
-    ]
+def _some_faults(kg: Kg, touched: set[Node] | None, pack: bool) -> list[Fault]:
+    """The faults of some things, or of all."""
+    if touched is None or len(touched) > _MANY:
+        likely = _suspects(kg)
+        touched = likely if touched is None else likely & touched
+    found = [fault for about in sorted(touched, key=str) for fault in _of(kg, about)]
     found += misnamed(kg) if pack else ()
     return list(dict.fromkeys(found))
 
@@ -100,135 +93,123 @@ def _touched(kg: Kg, delta: Delta) -> set[Node]:
     return found | {s for thing in retyped for s in kg.facts.subjects(None, thing)}
 
 
-def _known(kg: Kg, about: Node) -> Facts:
-    graphs = (kg.graph(name) for name in (ATTRIBUTES, STATES))
-    return sorted(triple for graph in graphs for triple in graph.triples((about, None, None)))
-
-
-def suspects(kg: Kg) -> set[Node]:
-    """Return the things that may have a fault: all that have one, and few others.
+def _suspects(kg: Kg) -> set[Node]:
+    """The things that may have a fault: all that have one, and few others.
 
     The engine finds them; `_of` judges them. Time is in proportion to the facts.
     """
-    found = {thing for query in _suspect_queries(kg) for (thing,) in _found(kg, query)}
-    for prop in kg.domain.properties.values():
-        if str(prop.range).startswith(str(XSD)) and prop.range != XSD.string:
-            # In the engine's terms: rdflib makes something else of what is ill-typed.
-            values = f"SELECT DISTINCT ?o WHERE {{ ?s {_n3(prop.iri)} ?o }}"
-            for (value,) in _asked(kg, values):
-                if next(_range(kg, prop, node_of(value)), None):
-                    quads = kg.engine.quads_for_pattern(None, term_of(prop.iri), value, None)
-                    found |= {node_of(quad.subject) for quad in quads}
-    return found | _in_rings(kg) | set(kg.robots)
+    properties, kinds = kg.domain.properties.values(), kg.domain.kinds.values()
+    single = [RDF.type, *(prop.iri for prop in properties if prop.functional)]
+    named = [(kind.iri, kind.name_property) for kind in kinds if kind.name_property]
+    found = {
+        thing
+        for query in (
+            f"VALUES ?p {{ {_n3(single)} }} ?s ?p ?o, ?b FILTER(!sameTerm(?o, ?b))",
+            f"VALUES ?p {{ {_n3([AB.alias, *kg.named_by])} }} ?s ?p ?o . ?b ?p ?o "
+            "FILTER(!sameTerm(?s, ?b))",
+            f"VALUES (?k ?p) {{ {' '.join(f'({_n3(pair)})' for pair in named)} }} "
+            "?s a ?k FILTER NOT EXISTS { ?s ?p ?o }",
+        )
+        for (thing,) in _asked(kg, f"SELECT DISTINCT ?s WHERE {{ {query} }}")
+    }
+    typed = [p.iri for p in properties if p.range not in (XSD.string, *kg.domain.kinds)]
+    values = f"SELECT DISTINCT ?p ?o WHERE {{ VALUES ?p {{ {_n3(typed)} }} ?s ?p ?o }}"
+    rows: Any = kg.facts.engine.query(values, use_default_graph_as_union=True)
+    for prop, value in rows:
+        # In the engine's terms: rdflib makes something else of what is ill-typed.
+        if getattr(node_of(value), "ill_typed", False):
+            quads = kg.engine.quads_for_pattern(None, prop, value, None)
+            found |= {node_of(quad.subject) for quad in quads}
+    return found | _misfitting(kg) | _in_rings(kg) | set(kg.robots)
 
 
-def _asked(kg: Kg, query: str) -> Any:
+_SHAPES = f"""
+    SELECT ?k ?p ?c ?d (SAMPLE(?o) AS ?value) WHERE {{
+      VALUES ?g {{ <{ATTRIBUTES}> <{STATES}> }}
+      GRAPH ?g {{ ?s ?p ?o }}
+      OPTIONAL {{ ?s a ?k }}
+      OPTIONAL {{ ?o a ?c }}
+      BIND(DATATYPE(?o) AS ?d)
+    }} GROUP BY ?k ?p ?c ?d"""
+
+
+def _misfitting(kg: Kg) -> set[Node]:
+    """The things with a fact that does not fit.
+
+    There are few combinations of the class of a thing, a predicate, and the class or the datatype
+    of a value: each is judged once, in a home that has one thing of each class.
+    """
+
+    def one(kind: Node) -> URIRef:
+        """The thing of a class."""
+        return URIRef(f"{AB}one/{kind}")
+
+    shapes = list(_asked(kg, _SHAPES))
+    kinds = {kind for k, _, c, *_ in shapes for kind in (k, c) if kind is not None}
+    model = Kg.load(kg.domain, [(one(kind), RDF.type, kind) for kind in kinds], ())
+    found: set[Node] = set()
+    for k, p, c, d, sample in shapes:
+        value = k if p == RDF.type else one(c) if c else sample
+        if k is None or next(_misfit(model, one(k), p, value), None):
+            given = {n: node for n, node in zip("kpcd", (k, p, c, d), strict=True) if node}
+            names = " ".join(f"?{name}" for name in given)
+            of = "?s a ?k" if k else "FILTER NOT EXISTS { ?s a ?k }"
+            end = "FILTER(DATATYPE(?o) = ?d)" if d else "FILTER NOT EXISTS { ?o a ?c }"
+            query = f"SELECT ?s {names} WHERE {{ ?s ?p ?o . {of} . {'?o a ?c' if c else end} }}"
+            found |= {thing for thing, *_ in _asked(kg, query, **given)}
+    return found
+
+
+def _asked(kg: Kg, query: str, **given: Node) -> Iterator[tuple[Any, ...]]:
     """The rows of a query of this module, which needs no clock: its time is that of the facts."""
-    return kg.facts.engine.query(query, use_default_graph_as_union=True)
+    bound = {pyoxigraph.Variable(name): term_of(node) for name, node in given.items()}
+    rows: Any = kg.facts.engine.query(query, use_default_graph_as_union=True, substitutions=bound)
+    return (tuple(term and node_of(term) for term in row) for row in rows)
 
 
-def _found(kg: Kg, query: str) -> Iterator[tuple[Node, ...]]:
-    return (tuple(map(node_of, row)) for row in _asked(kg, query))
-
-
-def _suspect_queries(kg: Kg) -> Iterator[str]:
-    """A query for each way in which a thing can be faulty; `?s` is the thing."""
-    domain, known = kg.domain, {*kg.domain.properties, RDF.type, *FACT_TERMS}
-    classes = {k.iri: [o.iri for o in domain.kinds.values() if k.iri in o.supers]
-               for k in domain.kinds.values()}  # fmt: skip
-    typed = f"GRAPH {_n3(ATTRIBUTES)} {{ ?s a ?k }}"
-    yield f"""SELECT DISTINCT ?s WHERE {{ VALUES ?g {{ {_n3(ATTRIBUTES, STATES)} }}
-              GRAPH ?g {{ ?s ?p ?o }} FILTER NOT EXISTS {{ {typed} }} }}"""
-    yield f"SELECT ?s WHERE {{ {typed} FILTER(?k NOT IN ({_n3(*domain.kinds, sep=',')})) }}"
-    yield f"""SELECT DISTINCT ?s WHERE {{ VALUES ?g {{ {_n3(ATTRIBUTES, STATES)} }}
-              GRAPH ?g {{ ?s ?p ?o }} FILTER(?p NOT IN ({_n3(*known, sep=",")})) }}"""
-    yield f"SELECT DISTINCT ?s WHERE {{ {typed} . ?s a ?other FILTER(?k != ?other) }}"
-    yield f"SELECT ?s WHERE {{ GRAPH {_n3(STATES)} {{ ?s a ?k }} }}"
-    for prop in domain.properties.values():
-        its = f"?s {_n3(prop.iri)} ?o"
-        if prop.domain:
-            yield f"SELECT DISTINCT ?s WHERE {{ {its} {_none_of('?s', classes, prop.domain)} }}"
-        if prop.range == XSD.string:
-            yield f"SELECT ?s WHERE {{ {its} FILTER(DATATYPE(?o) != {_n3(XSD.string)}) }}"
-            yield f"SELECT ?s WHERE {{ {its} FILTER(!isLiteral(?o)) }}"
-        elif prop.range and not str(prop.range).startswith(str(XSD)):
-            yield f"SELECT DISTINCT ?s WHERE {{ {its} {_none_of('?o', classes, prop.range)} }}"
-        if prop.functional:
-            other = f"?s {_n3(prop.iri)} ?b"
-            yield f"SELECT DISTINCT ?s WHERE {{ {its} . {other} FILTER(!sameTerm(?o, ?b)) }}"
-    for kind in domain.kinds.values():
-        if kind.name_property is not None:
-            lacks = f"FILTER NOT EXISTS {{ ?s {_n3(kind.name_property)} ?n }}"
-            yield f"SELECT ?s WHERE {{ ?s a {_n3(kind.iri)} {lacks} }}"
-    for named in kg.named_by:
-        both = f"?s {_n3(named)} ?n . ?t {_n3(named)} ?n FILTER(!sameTerm(?s, ?t))"
-        yield f"SELECT DISTINCT ?s WHERE {{ {both} ?s a ?k . ?t a ?k }}"
-    both = f"?s {_n3(AB.alias)} ?n . ?t {_n3(AB.alias)} ?n FILTER(!sameTerm(?s, ?t))"
-    yield f"SELECT DISTINCT ?s WHERE {{ {both} }}"
-
-
-def _none_of(node: str, classes: Mapping[URIRef, list[URIRef]], wanted: URIRef) -> str:
-    """A filter for what is of none of the classes below one."""
-    return f"""FILTER NOT EXISTS {{ {node} a ?k
-               FILTER(?k IN ({_n3(*classes.get(wanted, ()), sep=",")})) }}"""
-
-
-def _n3(*iris: URIRef, sep: str = " ") -> str:
+def _n3(iris: Iterable[Node]) -> str:
     """Write IRIs of the domain as a query has them."""
-    return sep.join(str(term_of(iri)) for iri in iris)
+    return " ".join(str(term_of(iri)) for iri in iris)
 
 
 def _in_rings(kg: Kg) -> set[Node]:
     """The things that may be in themselves: what is in something and has something in it, without
     those from which a way leads out."""
     inside: dict[Node, set[Node]] = {}
-    places = _n3(*kg.domain.locations, sep=",")
-    held = f"FILTER EXISTS {{ ?x ?any ?s FILTER(?any IN ({places})) }}"
-    for prop in kg.domain.locations:
-        for thing, place in _found(kg, f"SELECT ?s ?o WHERE {{ ?s {_n3(prop)} ?o {held} }}"):
-            inside.setdefault(thing, set()).add(place)
+    places = f"{{ {_n3(kg.domain.locations)} }}"
+    held = f"FILTER EXISTS {{ VALUES ?into {places} ?x ?into ?s }}"
+    for thing, place in _asked(kg, f"SELECT ?s ?o WHERE {{ VALUES ?p {places} ?s ?p ?o {held} }}"):
+        inside.setdefault(thing, set()).add(place)
     while out := [node for node, places in inside.items() if not places & inside.keys()]:
         for node in out:
             del inside[node]
     return set(inside)
 
 
-def _of(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
+def _of(kg: Kg, about: Node) -> Iterator[Fault]:
     """The faults of one thing, from all its facts."""
-    if all(predicate in FACT_TERMS for _, predicate, _ in known):
-        yield from _alias_faults(kg, known)
-        return
+    graphs = (kg.graph(name) for name in (ATTRIBUTES, STATES))
+    known = sorted(triple for graph in graphs for triple in graph.triples((about, None, None)))
     types = [value for _, predicate, value in known if predicate == RDF.type]
     if types:
-        yield from _misfits(kg, known)
+        for triple in known:
+            for problem, remedy, *unknown in _misfit(kg, *triple):
+                yield fault_of(kg, about, problem, remedy, [triple], *unknown)
         yield from _several_kinds(kg, about, types)
         yield from _unnamed(kg, about, known, types)
         yield from hand_faults(kg, about) if about in kg.robots else ()
-    else:
+    elif any(predicate not in FACT_TERMS for _, predicate, _ in known):
         remedy = "give it a class in attributes.ttl"
         yield fault_of(kg, about, "nothing says what it is", remedy, known)
+    elif all(action.iri != about for action in kg.domain.actions.values()):
+        for triple in known:
+            if triple[1] == AB.alias:  # absence is stated of the domain
+                text = f"has the other name {triple[2]}, but is nothing known"
+                yield fault_of(kg, about, text, "take it away", [triple])
     yield from _several_values(kg, about, known)
     yield from _shared_name(kg, about, known)
     yield from _shared_alias(kg, known)
     yield from _inside_itself(kg, about)
-
-
-def _alias_faults(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Other names of what is not there; absence is stated of the domain."""
-    actions = {action.iri for action in kg.domain.actions.values()}
-    for triple in known:
-        subject, predicate, value = triple
-        if predicate == AB.alias and subject not in actions:
-            text = f"has the other name {value}, but is nothing known"
-            yield fault_of(kg, subject, text, "take it away", [triple])
-    yield from _shared_alias(kg, known)
-
-
-def _misfits(kg: Kg, known: Facts) -> Iterator[Fault]:
-    """Facts whose predicate or value does not fit the thing."""
-    for triple in known:
-        for problem, remedy, *unknown in _misfit(kg, *triple):
-            yield fault_of(kg, triple[0], problem, remedy, [triple], *unknown)
 
 
 def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tuple[str, ...]]:
