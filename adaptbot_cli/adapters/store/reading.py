@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import groupby
 from pathlib import Path
 
 import pyoxigraph
 from rdflib import RDF, RDFS, Graph, URIRef
-from rdflib.term import Node
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import domains, turtle
@@ -192,10 +192,8 @@ def misplaced(kg: Kg) -> Iterator[Fault]:
     classes = {*kg.graph(STATES).triples((None, RDF.type, None))}
     for home, file, at in ((states, attributes, STATES), (attributes, states, ATTRIBUTES)):
         astray = {fact for fact in kg.strays if kg.home_of(fact[1]) == at}
-        found: dict[tuple[Node, Node], list[Triple]] = {}
-        for fact in sorted(astray | (classes if file == states else set())):
-            found.setdefault(fact[:2], []).append(fact)
-        for (subject, predicate), facts in found.items():
+        astray |= classes if file == states else set()
+        for (subject, predicate), facts in groupby(sorted(astray), key=lambda fact: fact[:2]):
             text, entry = f"{local(predicate)} does not belong here", (local(subject),)
             yield Fault(text, f"move it to {home}", file, entry, subject, frozenset(facts))
 

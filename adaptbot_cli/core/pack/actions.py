@@ -119,7 +119,7 @@ def _check_spelling(
         slip = meant not in ("", name) and meant.count("_") == name.count("_")
         if slip and not re.search(r"\d", name):
             message = f"{what} names ?{name}, which stands there once and is no parameter"
-            entry.doubt(message, f"the nearest there is ?{meant}")
+            entry.note(message, f"the nearest there is ?{meant}", likely=True)
 
 
 _CORRECT = "correct the query; its prefixes are those of the file"

@@ -27,13 +27,9 @@ class Notes:
     _found: dict[Fault, None] = field(default_factory=dict)
     _doubts: dict[Fault, None] = field(default_factory=dict)
 
-    def add(self, fault: Fault) -> None:
-        """Note a fault."""
-        self._found[fault] = None
-
-    def doubt(self, fault: Fault) -> None:
-        """Note a likely fault."""
-        self._doubts[fault] = None
+    def add(self, fault: Fault, likely: bool = False) -> None:
+        """Note a fault, or one that is only likely."""
+        (self._doubts if likely else self._found)[fault] = None
 
     @property
     def faults(self) -> list[Fault]:
@@ -66,13 +62,10 @@ class EntryReader:
         """Return the entry at a node; `entry` is its name in faults."""
         return cls(graph, file, entry or local(node), node, notes)  # type: ignore[arg-type]
 
-    def note(self, problem: str, remedy: str, unknown: str = "") -> None:
+    def note(self, problem: str, remedy: str, unknown: str = "", likely: bool = False) -> None:
         """Note a fault of this entry; `unknown` is a name in it that stands for nothing."""
-        self.notes.add(Fault(problem, remedy, self.file, (self.entry,), unknown=unknown))
-
-    def doubt(self, problem: str, remedy: str) -> None:
-        """Note a likely fault of this entry."""
-        self.notes.doubt(Fault(problem, remedy, self.file, (self.entry,)))
+        fault = Fault(problem, remedy, self.file, (self.entry,), unknown=unknown)
+        self.notes.add(fault, likely)
 
     def value(self, predicate: URIRef) -> Node | None:
         """Return the one value, if there is one; of several the first."""
