@@ -62,9 +62,9 @@ def validate(workspace: Workspace, domain: str, files: Sequence[Path] = ()) -> l
         where = ", ".join(map(str, files))
         found = [Fault(str(f), "correct the file", where) for f in by_mistake(faults(kg))]
     else:
-        kg, told = _checked(workspace, domain)
-        origins = _origins(Home(workspace, domain), told)
-        found = [_explained(fault, domain, origins) for fault in told]
+        kg, bare = _checked(workspace, domain)
+        origins = _origins(Home(workspace, domain), bare)
+        found = [_explained(fault, domain, origins) for fault in bare]
     hints = () if kg is None else lacking(kg)
     return [*found, *(replace(hint, file=f"kg/{domain}/{hint.file}") for hint in hints)]
 
