@@ -37,8 +37,8 @@ class Fault:
     hint: bool = False
 
     def __str__(self) -> str:
-        names = f"{self.file}, {'entries' if self.entries[1:] else 'entry'} {self._names}"
-        where = names if self.entries else self.file
+        entry = "entries" if self.entries[1:] else "entry"
+        where = f"{self.file}, {entry} {self._names}" if self.entries else self.file
         end = f"; {self.remedy}" if self.remedy else ""
         return ": ".join(filter(None, (where, self.problem))) + end
 
