@@ -73,7 +73,8 @@ CONDITIONS = _words("""
     only if unless until while when whenever before after during since each every another other how
     what why where whose was were been being did had under over above below between against
     tomorrow yesterday later almost less least fewer half easy cold hot raw barely hardly
-    scarcely double triple keep leave optional anywhere there whatever whichever whatsoever
+    scarcely double triple keep leave optional anywhere there whatever whichever whatsoever low high
+    kosher halal mild spicy large tiny huge healthy homemade crispy creamy
 """)
 """Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
