@@ -4,6 +4,7 @@ Every line is a command of the command line, by a shorter name, or a task. The p
 knowledge that one line has read serve the next.
 """
 
+import re
 import shlex
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -20,12 +21,18 @@ SHORT = {
 }
 """What a first word stands for; all of these take a domain."""
 
+_ASKED = re.compile(
+    r"(?:where|what)(?:'s|s| is| are) (?:(?:the|a|an|my|our|your) )?(.+?)[\s?]*", re.IGNORECASE
+)
+"""A question for what is known: "where is the egg?"."""
+
 _HELP = (
     ("make omelette", "any task, in your own words"),
     ("plan TASK", "plan it, and keep nothing"),
     ("teach THING", "tell what there is, where it is kept and what is true of it"),
     ("set THING PROPERTY VALUE", "say what is true of it now: set egg place cabinet"),
     ("show, show NAME", "what is known: all, one thing, place, action or task"),
+    ("where is NAME?", "the same, asked as people ask"),
     ("why NAME", "who taught it"),
     ("log", "what was taught, newest first"),
     ("undo", "take back the last thing learned"),
@@ -76,6 +83,8 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
 
 def arguments_of(line: str, domain: str, commands: frozenset[str], robot: str = "") -> list[str]:
     """Return the arguments that a line stands for: a command's, or a task to be run."""
+    if asked := _ASKED.fullmatch(line):
+        line = f"show {shlex.quote(asked[1])}"
     words = _words(line)
     acting = ["--robot", robot] if robot else []
     if words[0] in SHORT:

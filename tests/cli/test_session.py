@@ -17,6 +17,8 @@ from tests.cli.command import Home
         ("--help me", "", ["run", "--domain", "kitchen", "--", "--help me"]),
         ("make tea", "r2", ["run", "--domain", "kitchen", "--robot", "r2", "--", "make tea"]),
         ("plan tea", "r2", ["run", "--dry-run", "tea", "--domain", "kitchen", "--robot", "r2"]),
+        ("Where's the chef's knife?", "", ["kg", "show", "chef's knife", "--domain", "kitchen"]),
+        ("what are eggs", "", ["kg", "show", "eggs", "--domain", "kitchen"]),
         ("show egg", "r2", ["kg", "show", "egg", "--domain", "kitchen"]),
     ],
 )
