@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import chain, groupby
 from pathlib import Path
 
 import pyoxigraph
@@ -34,14 +35,12 @@ UNCOMMITTED = Origin("uncommitted")
 
 _OF_ENTRIES = frozenset({"tasks.ttl", "domain.ttl"})
 _HEAD = re.compile(rb"(?:\xef\xbb\xbf)?(?:(?:@prefix [^\s:<]*: <[^<>\n]*> \.|#[^\n]*)?\n)*")
-_BLOCKS = re.compile(rb"(?:(?:#[^\n]*\n)*[^\s#.@_]\S* \S[^\n]*\n(?:    \S[^\n]*\n)*\.\n\n?)*")
+_BLOCK = re.compile(rb"(?:#[^\n]*\n)*([^\s#.@_]\S* )\S[^\n]*\n(?:    \S[^\n]*\n)*\.\n?")
 # What makes a block mean something else than it says by itself.
-_UNCLEAR = re.compile(rb"[<\[(]|_:|\.[ \t]|\"\"\"|'''")
-_SUBJECT = re.compile(rb"^[^\s.#]\S* ", re.MULTILINE)
+_UNCLEAR = re.compile(rb"[\[(]|_:|\.[ \t]")
+_HEADS = re.compile(rb"(?:^|\.)[ \t]*(\S+ )", re.MULTILINE)
 _FACTS = 2_000
 """How many facts of a commit stand in a line of the cache."""
-_AT = 65
-"""Where the lines of the cache begin: behind a digest of them."""
 _CALLED = str(AB.calledAs)
 _LABEL = str(RDFS.label)
 
@@ -58,25 +57,23 @@ class FileFacts:
 class CommitDelta:
     """What a commit changed: facts as N-Triples, and entries as (sign, file, name).
 
-    `first` are the files that it was the first to hold.
+    `first` tells that it was the first to hold one of the files.
     """
 
     sha: str
     removed: Sequence[str] = ()
     added: Sequence[str] = ()
     entries: Sequence[tuple[str, str, str]] = ()
-    first: Sequence[str] = ()
+    first: bool = False
 
     @property
-    def lines(self) -> bytes:
+    def lines(self) -> list[bytes]:
         """The same as JSON: a line, or several where it has many facts."""
         most = max(1, len(self.removed), len(self.added))
-        parts = (
-            (self.removed[n : n + _FACTS], self.added[n : n + _FACTS])
-            for n in range(0, most, _FACTS)
-        )
+        parts = ((self.removed[n : n + _FACTS], self.added[n : n + _FACTS])
+                 for n in range(0, most, _FACTS))  # fmt: skip
         rest = (self.entries, self.first)
-        return "\n".join(_as_json((self.sha, *part, *rest)) for part in parts).encode()
+        return [_as_json((self.sha, *part, *rest)) for part in parts]
 
     @property
     def changes(self) -> Changes:
@@ -97,55 +94,6 @@ def _line_of(triple: Triple) -> str:
 
 
 @dataclass(frozen=True)
-class _Cache:
-    """What commits changed as `CommitDelta.lines`, newest commit first, behind a digest of it."""
-
-    data: bytes = b""
-
-    @classmethod
-    def of_lines(cls, lines: bytes) -> "_Cache":
-        """Return a cache of some lines."""
-        return cls(_digest(lines) + b"\n" + lines)
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether the lines are those that were written."""
-        return self.data[:_AT] == _digest(memoryview(self.data)[_AT:]) + b"\n"
-
-    @cached_property
-    def spans(self) -> dict[str, tuple[int, int]]:
-        """Where each commit's lines begin and end, by sha."""
-        found: dict[str, tuple[int, int]] = {}
-        at = _AT
-        while at < len(self.data):
-            end = _line_end(self.data, at, len(self.data))
-            sha = self.data[at + 2 : at + 42].decode()
-            found[sha] = (found.get(sha, (at,))[0], end)
-            at = end + 1
-        return found
-
-    def of(self, sha: str) -> bytes | None:
-        """Return the lines of a commit, None if there are none."""
-        start, end = self.spans.get(sha, (0, 0))
-        return self.data[start:end] or None
-
-    def about(self, texts: Sequence[bytes]) -> Iterator[CommitDelta]:
-        """Give the commits with those of their lines in which one of some texts stands; with all
-        of them if there are no texts."""
-        for start, end in self.spans.values():
-            removed, added, line = list[str](), list[str](), None
-            while start < end:
-                stop = _line_end(self.data, start, end)
-                if not texts or any(self.data.find(t, start, stop) >= 0 for t in texts):
-                    line = CommitDelta(*json.loads(self.data[start:stop]))
-                    removed += line.removed
-                    added += line.added
-                start = stop + 1
-            if line is not None:
-                yield replace(line, removed=removed, added=added)
-
-
-@dataclass(frozen=True)
 class Versions:
     """A domain's versions. Methods raise KnowledgeError if the repository cannot be read."""
 
@@ -163,10 +111,10 @@ class Versions:
         return cls(domain, repo)
 
     @cached_property
-    def _known(self) -> _Cache:
-        """The cache; an empty one if it was not written so."""
-        found = _Cache(self.repo.cached(self.domain) or b"")
-        return found if found.is_whole else _Cache()
+    def _known(self) -> list[bytes]:
+        """The lines of `CommitDelta`s in the cache, newest first; none if it was not written so."""
+        digest, _, data = (self.repo.cached(self.domain) or b"").partition(b"\n")
+        return data.split(b"\n") if digest == _digest(data) else []
 
     @property
     def folder(self) -> str:
@@ -205,17 +153,25 @@ class Versions:
         what is in none of its parents counts as its own.
         """
         head, known = self.repo.head(), self._known
-        newest = next(iter(known.spans), None)
+        newest = _sha(known[0]) if known else None
         since = newest if head and newest and self.repo.leads_to(newest, head) else None
         shas = [commit.sha for commit in self.repo.log([self.folder], since)]
-        if shas if since else shas != list(known.spans):
-            new = [known.of(sha) or self.taught_by(self._commit(sha)).lines for sha in shas]
-            known = _Cache.of_lines(b"\n".join([*new, *([known.data[_AT:]] if since else [])]))
-            self.repo.cache(self.domain, known.data)
+        if shas or (known and not since):
+            old = {} if since else {sha: [*lines] for sha, lines in groupby(known, _sha)}
+            new = (old.get(sha) or self.taught_by(self._commit(sha)).lines for sha in shas)
+            known = [*chain.from_iterable(new), *(known if since else ())]
+            data = b"\n".join(known)
+            self.repo.cache(self.domain, _digest(data) + b"\n" + data)
             self.__dict__["_known"] = known
-        yield from known.about(
-            [_as_json(text)[1:-1].encode("utf-8", "surrogatepass") for text in about]
-        )
+        if about:
+            texts = [_as_json(text)[1:-1] for text in about]
+            near = {n for text in texts for n, line in enumerate(known) if text in line}
+            known = [known[n] for n in sorted(near)]
+        for _, lines in groupby(known, _sha):
+            parts = [CommitDelta(*json.loads(line)) for line in lines]
+            removed, added = ([t for part in parts for t in getattr(part, side)]
+                              for side in ("removed", "added"))  # fmt: skip
+            yield replace(parts[0], removed=removed, added=added)
 
     def taught_by(self, commit: Commit) -> CommitDelta:
         """Return what a commit changed of the domain."""
@@ -225,7 +181,7 @@ class Versions:
         except KnowledgeError:
             now, *old = blobs = [self._readable(sha) for sha in (commit.sha, *commit.parents)]
             found = self._since(commit.sha, *blobs)
-        first = tuple(n for n in in_order(now) if not any(n in each for each in old))
+        first = any(not any(name in each for each in old) for name in in_order(now))
         if len(found) == 1:
             return replace(found[0], first=first)
         removed = set.intersection(*(set(one.removed) for one in found))
@@ -288,16 +244,16 @@ class Versions:
             a, b = before.get(name), after.get(name)
             if a == b:
                 continue
-            if graph_of(name) and a and b and (differing := _lines_that_differ(a, b)):
-                head, *sides = differing
-                for facts, lines in zip((gone, came), sides, strict=True):
-                    facts.update(*(_entries_in(head, line, path) for line in lines))
+            if graph_of(name) and a and b and (differing := _blocks_that_differ(a, b)):
+                old, new = (frozenset(map(str, parsed(blocks, path))) for blocks in differing)
+                gone |= old
+                came |= new
                 continue
-            old, new = (FileFacts() if d is None else read(d, name, path) for d in (a, b))
-            gone |= old.facts
-            came |= new.facts
-            for entry in sorted({*old.entries, *new.entries}):
-                was, is_ = old.entries.get(entry), new.entries.get(entry)
+            then, now = (FileFacts() if d is None else read(d, name, path) for d in (a, b))
+            gone |= then.facts
+            came |= now.facts
+            for entry in sorted({*then.entries, *now.entries}):
+                was, is_ = then.entries.get(entry), now.entries.get(entry)
                 if was != is_:
                     sign = "added" if was is None else "removed" if is_ is None else "changed"
                     entries.append((sign, name, entry))
@@ -502,68 +458,38 @@ def _described(
     return " ; ".join(sorted(lines))
 
 
-@lru_cache(maxsize=4096)
-def _entries_in(head: bytes, line: bytes, path: str) -> frozenset[str]:
-    return frozenset(map(str, parsed(head + line, path)))
-
-
-def _lines_that_differ(
-    old: bytes, new: bytes
-) -> tuple[bytes, frozenset[bytes], frozenset[bytes]] | None:
-    """The prefixes of two versions of a file, and the lines, with subjects, that only one has.
+def _blocks_that_differ(old: bytes, new: bytes) -> tuple[bytes, bytes] | None:
+    """The blocks that only one of two versions of a file has, each with the prefixes.
 
     None where that may not be all that differs: the writer's form alone tells where a block ends,
     and that it stands for itself.
     """
-    head = _HEAD.match(old).end()  # type: ignore[union-attr]
-    start = old.rfind(b"\n\n", 0, _alike(old, new)) + 2
-    rest = _alike(old[: start - 1 : -1], new[: start - 1 : -1])
-    end = old.find(b"\n\n", len(old) - rest) + 1 or len(old)
-    parts = old[start:end], new[start : len(new) - len(old) + end]
-    around = old[head - 1 : start] + old[end:]
+    head = _HEAD.match(old)[0]  # type: ignore[index]
+    bodies = [data[len(head) :] for data in (old, new)]
     # A directive, another way to write a subject, a text with lines of its own.
-    if start < head or any(mark in around for mark in (b"<", b'"""', b"'''")):
+    unclear = any(mark in body for body in bodies for mark in (b"<", b'"""', b"'''"))
+    if unclear or not new.startswith(head):
         return None
-    for part in parts:
-        if not _BLOCKS.fullmatch(part) or _UNCLEAR.search(part):
-            return None
-        if any(b"\n" + subject in around for subject in _SUBJECT.findall(part)):
-            return None
-    before, after = (frozenset(_with_subjects(part)) for part in parts)
-    return old[:head], before - after, after - before
+    before, after = (dict.fromkeys(body.split(b"\n\n")) for body in bodies)
+    blocks = [_BLOCK.fullmatch(block) for block in before.keys() ^ after.keys() if block]
+    if not all(block and not _UNCLEAR.search(block[0]) for block in blocks):
+        return None
+    rest = b"\n".join(before.keys() & after.keys())
+    if not {block[1] for block in blocks if block}.isdisjoint(_HEADS.findall(rest)):
+        return None
+    one, other = (b"\n".join([head, *(s for s in side if s not in other)])
+                  for side, other in ((before, after), (after, before)))  # fmt: skip
+    return one, other
 
 
-def _with_subjects(blocks: bytes) -> Iterator[bytes]:
-    """The lines of blocks of the writer's form, each with its subject."""
-    subject = b""
-    for line in blocks.split(b"\n"):
-        if line.startswith(b"    "):
-            yield subject + line + b"\n.\n"
-        elif line[:1] not in (b"", b".", b"#"):
-            subject = line[: line.index(b" ")]
-            yield line + b"\n.\n"
+def _as_json(value: object) -> bytes:
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    return text.encode("utf-8", "surrogatepass")
 
 
-def _alike(one: bytes, other: bytes) -> int:
-    """How many bytes two texts begin with alike."""
-    low, high = 0, min(len(one), len(other))
-    while low < high:
-        middle = (low + high + 1) // 2
-        if one[low:middle] == other[low:middle]:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+def _sha(line: bytes) -> str:
+    return line[2:42].decode()
 
 
-def _as_json(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
-
-
-def _digest(lines: bytes | memoryview) -> bytes:
+def _digest(lines: bytes) -> bytes:
     return hashlib.sha256(lines).hexdigest().encode()
-
-
-def _line_end(data: bytes, start: int, end: int) -> int:
-    found = data.find(b"\n", start, end)
-    return end if found < 0 else found
