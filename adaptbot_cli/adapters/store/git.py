@@ -18,7 +18,7 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime, timedelta, timezone
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 PATIENCE: float = 10.0
 """Seconds to wait for another git process."""
 
+_INTENT: Final = "adaptbot/intent.json"
 UNFINISHED: Final = ".git.adaptbot-"
 """How a repository is called that is being made."""
 
@@ -93,15 +94,16 @@ class Repo:
     def __init__(self, repo: "pygit2.Repository", root: Path) -> None:
         """Wrap a repository; `open` and `open_or_init` are the ways to get one."""
         self.root = root.resolve()
-        self._repo = repo
-        self._top = Path(repo.workdir).resolve()
+        self.libgit2 = repo
+        self.top = Path(repo.workdir).resolve()
+        """The folder whose repository it is: the workspace, or one above it."""
         self._gitdir = Path(repo.path)
-        if not self.root.is_relative_to(self._top):
+        if not self.root.is_relative_to(self.top):
             raise KnowledgeError(
-                f"{self._gitdir}/config says that its files are in {self._top}, and {root} is not; "
+                f"{self._gitdir}/config says that its files are in {self.top}, and {root} is not; "
                 "correct core.worktree there, or choose another --workspace."
             )
-        self._prefix = PurePosixPath(self.root.relative_to(self._top).as_posix())
+        self._prefix = PurePosixPath(self.root.relative_to(self.top).as_posix())
         self.notes: list[str] = []
         """What a recovery has to tell."""
 
@@ -178,29 +180,19 @@ class Repo:
             KnowledgeError: HEAD or its branch is damaged: that is no new beginning.
         """
         name, path = self._branch()
-        with _error_messages(self._top):
+        with _error_messages(self.top):
             if name == "HEAD":
-                return str(self._repo.lookup_reference("HEAD").target)
+                return str(self.libgit2.lookup_reference("HEAD").target)
             damaged = f"{path} is damaged: it names no commit"
             with suppress(FileNotFoundError):
                 if not _SHA.fullmatch(path.read_bytes().strip().decode("ascii", "replace")):
                     raise KnowledgeError(f"{damaged}. {self._last_known(name)}")
             try:
-                return str(self._repo.lookup_reference(name).target)
+                return str(self.libgit2.lookup_reference(name).target)
             except KeyError:
                 if self._logged(name):
                     raise KnowledgeError(f"{path} is missing. {self._last_known(name)}") from None
                 return None
-
-    @property
-    def libgit2(self) -> "pygit2.Repository":
-        """The repository as libgit2 has it."""
-        return self._repo
-
-    @property
-    def top(self) -> Path:
-        """The folder whose repository it is: the workspace, or one above it."""
-        return self._top
 
     @property
     def branch(self) -> str:
@@ -209,8 +201,8 @@ class Repo:
 
     def reference(self, name: str) -> str | None:
         """Return the commit that a reference names, None if there is none."""
-        with _error_messages(self._top):
-            found = self._repo.references.get(name)
+        with _error_messages(self.top):
+            found = self.libgit2.references.get(name)
             return str(found.target) if found is not None else None
 
     def _branch(self) -> tuple[str, Path]:
@@ -251,32 +243,24 @@ class Repo:
         again = f"git -C {self.root} update-ref {name} {sha}"
         return f"Its log says {sha[:10]}: remove the file if it is there, then `{again}`."
 
-    def resolve(self, rev: str) -> str:
-        """Return the sha of a revision: a sha or its beginning, a branch, a tag, HEAD~2.
-
-        Raises:
-            KnowledgeError: there is no such revision.
-        """
-        return str(self._commit_at(rev).id)
-
     def _commit_at(self, rev: str) -> Any:
         pygit2 = _pygit2()
-        with _error_messages(self._top):
+        with _error_messages(self.top):
             try:
                 if _SHA.fullmatch(rev):
-                    return self._repo[rev].peel(pygit2.Commit)
+                    return self.libgit2[rev].peel(pygit2.Commit)
                 if not rev or not rev.isprintable() or _ODD.search(re.sub(r"[~^][0-9]*", "", rev)):
                     raise KeyError(rev)
-                return self._repo.revparse_single(rev).peel(pygit2.Commit)
+                return self.libgit2.revparse_single(rev).peel(pygit2.Commit)
             except (pygit2.GitError, ValueError, KeyError) as error:
                 if "ambiguous" in str(error):
                     text = f"{rev!r} is short for several commits; write more."
                     raise KnowledgeError(text) from error
                 raise KnowledgeError(
-                    f"There is no version {rev!r} in {self._top}; `git log` lists them."
+                    f"There is no version {rev!r} in {self.top}; `git log` lists them."
                 ) from error
 
-    def read(self, path: str, rev: str) -> bytes | None:
+    def read(self, path: str, rev: str | None) -> bytes | None:
         """Return a file's content at a revision, None if it is not there.
 
         Raises:
@@ -287,34 +271,30 @@ class Repo:
 
     def blob(self, sha: str) -> bytes:
         """Return the content of a blob."""
-        with _error_messages(self._top):
-            return self._repo[sha].data  # type: ignore[attr-defined,no-any-return]
+        with _error_messages(self.top):
+            return self.libgit2[sha].data  # type: ignore[attr-defined,no-any-return]
 
-    def blobs(self, rev: str, paths: Sequence[str]) -> dict[str, str]:
+    def blobs(self, rev: str | None, paths: Iterable[str]) -> dict[str, str]:
         """Return the shas of the blobs of some files at a revision, those that are there."""
-        tree = self._commit_at(rev).tree
+        tree = self._tree_at(rev)
         found = {path: self._entry(tree, path) for path in paths}
         return {path: str(entry.id) for path, entry in found.items() if entry is not None}
 
-    def folder(self, path: str, rev: str) -> dict[str, str]:
+    def folder(self, path: str, rev: str | None) -> dict[str, str]:
         """Return the shas of the blobs in a folder and in its folders at a revision, by name."""
-        tree, name, blob = self._commit_at(rev).tree, self._name(path), _pygit2().Blob
-        found = {}
-        with _error_messages(self._top):
-            for each in tree[name] if name in tree else ():  # noqa: SIM401 - a tree has no `get`
-                if isinstance(each, blob):
-                    found[each.name] = str(each.id)
-                elif isinstance(each, _pygit2().Tree):
-                    inside = (below for below in each if isinstance(below, blob))
-                    found |= {f"{each.name}/{below.name}": str(below.id) for below in inside}
-        return found
+        tree, name, blob = self._tree_at(rev), self._name(path), _pygit2().Blob
+        with _error_messages(self.top):
+            here = tree[name] if name in tree else ()  # noqa: SIM401 - a tree has no `get`
+            return {name: str(each.id) for name, each in _below(here, 1) if isinstance(each, blob)}
 
-    def _entry(self, tree: "pygit2.Tree", path: str) -> "pygit2.Object | None":
-        with _error_messages(self._top):
-            try:
-                entry = tree[self._name(path)]
-            except KeyError:
-                return None
+    def _tree_at(self, rev: str | None) -> Any:
+        """The tree of a revision; an empty one before the first."""
+        return {} if rev is None else self._commit_at(rev).tree
+
+    def _entry(self, tree: Any, path: str) -> "pygit2.Object | None":
+        with _error_messages(self.top):
+            name = self._name(path)
+            entry = tree[name] if name in tree else None  # noqa: SIM401
             return entry if isinstance(entry, _pygit2().Blob) else None
 
     def log(
@@ -328,8 +308,8 @@ class Repo:
             return
         sort = _pygit2().enums.SortMode
         names = [self._name(path) for path in paths]
-        with _error_messages(self._top):
-            walk = self._repo.walk(head, sort.TOPOLOGICAL | sort.TIME)
+        with _error_messages(self.top):
+            walk = self.libgit2.walk(head, sort.TOPOLOGICAL | sort.TIME)
             if since is not None:
                 walk.hide(since)
             for commit in walk:
@@ -338,29 +318,34 @@ class Repo:
                 if not names or self._ids(commit.id, *names) not in others:
                     yield _commit(commit, tuple(map(str, parents)))
 
-    def commit_of(self, sha: str) -> "Commit":
-        """Return a commit by its sha; in a shallow clone the parents that are there."""
-        with _error_messages(self._top):
-            found = self._commit_at(sha)
+    def commit_of(self, rev: str) -> "Commit":
+        """Return the commit of a revision: a sha or its beginning, a branch, a tag, HEAD~2; in a
+        shallow clone with the parents that are there.
+
+        Raises:
+            KnowledgeError: there is no such revision.
+        """
+        with _error_messages(self.top):
+            found = self._commit_at(rev)
             return _commit(found, tuple(map(str, self._parents(found))))
 
     def _parents(self, commit: "pygit2.Commit") -> "list[pygit2.Oid]":
         """The parents that are there: a shallow clone lacks some."""
-        shallow = self._repo.is_shallow
-        return [sha for sha in commit.parent_ids if not shallow or sha in self._repo]
+        shallow = self.libgit2.is_shallow
+        return [sha for sha in commit.parent_ids if not shallow or sha in self.libgit2]
 
     def leads_to(self, sha: str, head: str) -> bool:
         """Tell whether a commit is an ancestor of another, or that one itself."""
-        with _error_messages(self._top):
-            return sha == head or (sha in self._repo and self._repo.descendant_of(head, sha))
+        with _error_messages(self.top):
+            return sha == head or (sha in self.libgit2 and self.libgit2.descendant_of(head, sha))
 
     def bases(self, one: str, other: str) -> list[str]:
         """Return the best common ancestors of two commits; none if they have none."""
         for sha, later in ((one, other), (other, one)):
             if self.leads_to(sha, later):
                 return [sha]
-        with _error_messages(self._top):
-            walk = self._repo.walk(one)
+        with _error_messages(self.top):
+            walk = self.libgit2.walk(one)
             walk.hide(other)
             own = {str(commit.id): self._parents(commit) for commit in walk}
         edge = {str(sha) for parents in own.values() for sha in parents} - own.keys()
@@ -372,28 +357,21 @@ class Repo:
         Raises:
             KnowledgeError: it holds a link, a submodule, a name that is none here, or too much.
         """
-        blob, tree = _pygit2().Blob, _pygit2().Tree
         found: dict[str, str] = {}
-        open_ = [("", self._commit_at(rev).tree)]
-        with _error_messages(self._top):
-            while open_:
-                folder, here = open_.pop()
-                for entry in here:
-                    path = f"{folder}{entry.name}"
-                    link = entry.filemode == _pygit2().enums.FileMode.LINK
-                    if _BARRED.search(entry.name) or path.count("/") > _DEEPEST:
-                        text = "has a name that no file of a workspace has"
-                    elif isinstance(entry, tree):
-                        open_.append((f"{path}/", entry))
-                        continue
-                    elif link or not isinstance(entry, blob):
-                        text = f"is a {'symbolic link' if link else 'submodule'}"
-                    elif len(found) == _MOST_FILES:
-                        text = f"comes after {_MOST_FILES:,} files"
-                    else:
-                        found[path] = str(entry.id)
-                        continue
-                    raise KnowledgeError(f"{rev[:7]}: {path!r} {text}; it is not taken.")
+        with _error_messages(self.top):
+            for path, entry in _below(self._commit_at(rev).tree, _DEEPEST):
+                if any(map(_BARRED.search, path.split("/"))) or isinstance(entry, _pygit2().Tree):
+                    text = "has a name that no file of a workspace has"
+                elif entry.filemode == _pygit2().enums.FileMode.LINK:
+                    text = "is a symbolic link"
+                elif not isinstance(entry, _pygit2().Blob):
+                    text = "is a submodule"
+                elif len(found) == _MOST_FILES:
+                    text = f"comes after {_MOST_FILES:,} files"
+                else:
+                    found[path] = str(entry.id)
+                    continue
+                raise KnowledgeError(f"{rev[:7]}: {path!r} {text}; it is not taken.")
         return found
 
     def merged(self, before: str | None, ours: str | None, theirs: str | None) -> bytes | None:
@@ -402,13 +380,13 @@ class Repo:
         entry, mode = _pygit2().IndexEntry, _pygit2().enums.FileMode.BLOB
         sides = (before, ours, theirs)
         a, b, c = (entry("file", _pygit2().Oid(hex=sha), mode) if sha else None for sha in sides)
-        with _error_messages(self._top):
-            result = self._repo.merge_file_from_index(a, b, c)
+        with _error_messages(self.top):
+            result = self.libgit2.merge_file_from_index(a, b, c)
             return result.contents.encode() if result.automergeable else None
 
     @lru_cache(maxsize=64)  # noqa: B019 - a process opens few repositories
     def _ids(self, commit: "pygit2.Oid", *names: str) -> tuple[object, ...]:
-        tree = self._repo[commit].tree
+        tree = self.libgit2[commit].tree
         return tuple(tree[name].id if name in tree else None for name in names)
 
     def dirty(self, paths: Sequence[str]) -> list[str]:
@@ -416,8 +394,7 @@ class Repo:
 
         What git would change on the way into the repository (line ends) makes no difference.
         """
-        head = self.head()
-        before = self.blobs(head, paths) if head else {}
+        before = self.blobs(self.head(), paths)
         found = {path: files.read(self.root, path) for path in paths}
         return [path for path in paths if before.get(path) != self._sha(path, found[path])]
 
@@ -426,14 +403,14 @@ class Repo:
 
     def _cleaned(self, path: str, data: bytes) -> bytes:
         """What git holds of a file with this content: with line ends as configured."""
-        with _error_messages(self._top):
-            filters = self._repo.load_filter_list(self._name(path))
+        with _error_messages(self.top):
+            filters = self.libgit2.load_filter_list(self._name(path))
             return bytes(filters.apply_to_buffer(data)) if filters is not None else data
 
     def staged(self, path: str) -> bytes | None:
         """Return a file's content in the index, None if it is not there or being merged."""
-        with _error_messages(self._top):
-            self._repo.index.read()
+        with _error_messages(self.top):
+            self.libgit2.index.read()
             sha = self._in_index(path)
             return None if sha is None else self.blob(sha)
 
@@ -449,7 +426,8 @@ class Repo:
         """Hold the workspace's write lock; first finish or undo what a kill has interrupted."""
         with (
             self._shared(),
-            self._state(make=True) as state,
+            files.refusing(self._gitdir / "adaptbot"),
+            bounded.folder(self._gitdir, "adaptbot", make=True) as state,
             files.locked(state, self.root, timeout),
         ):
             self._recover()
@@ -457,7 +435,7 @@ class Repo:
 
     def interrupted(self) -> bool:
         """Tell whether a commit has begun and not ended: it is under way or was interrupted."""
-        return self._read_state("intent.json") is not None
+        return files.read(self._gitdir, _INTENT) is not None
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Give what keeps, or may keep, a commit from being made, each with what to do."""
@@ -466,15 +444,15 @@ class Repo:
             self._refuse_conflicts({})
         except KnowledgeError as error:
             yield str(error), "see there"
-        data = self._read_state("intent.json")
+        data = files.read(self._gitdir, _INTENT)
         if data is not None:
             try:
                 intent = Intent.loads(data)
                 text = f"a commit of {len(intent.new)} files was interrupted"
-                there = intent.commit in self._repo
+                there = intent.commit in self.libgit2
                 yield text, f"the next command {'finishes' if there else 'undoes'} it"
             except ValueError:
-                at = self._gitdir / "adaptbot" / "intent.json"
+                at = self._gitdir / _INTENT
                 yield f"{at} is damaged", "compare the files with `git status`, then remove it"
         for lock in (self._gitdir / "index.lock", self._branch()[1].with_suffix(".lock")):
             if lock.exists():
@@ -514,12 +492,12 @@ class Repo:
         pygit2 = _pygit2()
         self._refuse_signing()
         when = when or datetime.now().astimezone()
-        with _error_messages(self._top), ExitStack() as locks:
+        with _error_messages(self.top), ExitStack() as locks:
             index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
             ref, path = self._branch()
             branch = locks.enter_context(self._git_lock("branch", path))
             head = self.head()
-            tree = self._repo[head].tree if head else None
+            tree = self._tree_at(head)
             disk = {name: files.read(self.root, name) for name in contents}
             kept = {
                 name: apart[name] if name in apart else data and self._cleaned(name, data)
@@ -530,10 +508,10 @@ class Repo:
             sha = head
             if merging is not None and (head is None or self.leads_to(head, merging)):
                 sha = merging
-            elif tree is None or new_tree != tree.id or merging is not None:
+            elif not head or new_tree != tree.id or merging is not None:
                 made = self._author("AUTHOR", when), self._author("COMMITTER", when)
                 text = message.replace("\0", "").strip("\n") + "\n"
-                sha = str(self._repo.create_commit(
+                sha = str(self.libgit2.create_commit(
                     None, *made, text.encode("utf-8", "replace").decode(), new_tree,
                     [pygit2.Oid(hex=sha) for sha in (head, merging) if sha],
                 ))  # fmt: skip
@@ -543,7 +521,7 @@ class Repo:
                 {name: self._store(data) for name, data in given.items()}
                 for given in (disk, contents, {**kept, **staged})
             ))  # fmt: skip
-            self._write_state("intent.json", json.dumps(asdict(intent)).encode())
+            files.write(self._gitdir, _INTENT, json.dumps(asdict(intent)).encode())
             try:
                 self._finish(intent, index, branch, ref)
             except BaseException:
@@ -555,27 +533,25 @@ class Repo:
             return str(sha)
 
     def _store(self, data: bytes | None) -> str | None:
-        return None if data is None else str(self._repo.create_blob(data))
+        return None if data is None else str(self.libgit2.create_blob(data))
 
-    def _tree(self, tree: "pygit2.Tree | None", kept: Mapping[str, bytes | None]) -> Any:
+    def _tree(self, tree: Any, kept: Mapping[str, bytes | None]) -> Any:
         pygit2 = _pygit2()
         index = pygit2.Index()
-        if tree is not None:
+        if tree:
             index.read_tree(tree)
         for path, data in kept.items():
             self._set(index, path, self._store(data), tree)
-        return index.write_tree(self._repo)
+        return index.write_tree(self.libgit2)
 
-    def _set(
-        self, index: "pygit2.Index", path: str, blob: str | None, tree: "pygit2.Tree | None"
-    ) -> None:
+    def _set(self, index: "pygit2.Index", path: str, blob: str | None, tree: Any) -> None:
         """Set or remove (None) a file in an index; it keeps its mode."""
         pygit2, name = _pygit2(), self._name(path)
         if blob is None:
             if name in index:
                 index.remove(name)
             return
-        entry = self._entry(tree, path) if tree is not None else None
+        entry = self._entry(tree, path)
         mode = entry.filemode if entry is not None else pygit2.enums.FileMode.BLOB
         if name not in index:  # perhaps a folder was there, or a file where its folder is now
             index.remove_directory(name)
@@ -595,10 +571,10 @@ class Repo:
     def _move(self, intent: Intent, branch: Path, ref: str) -> None:
         """Let the branch name the commit of an intent, and forget the intent."""
         if intent.commit != intent.parent:
-            _place(branch, f"{intent.commit}\n".encode(), self._mode(branch))
+            _place(branch, f"{intent.commit}\n".encode())
             with suppress(OSError):  # the log is a help for people; the commit is made
                 self._log(ref, intent)
-        self._write_state("intent.json", None)
+        files.write(self._gitdir, _INTENT, None)
 
     def _on_disk(self, path: str) -> str | None:
         data = files.read(self.root, path)
@@ -611,11 +587,11 @@ class Repo:
             if blob != intent.new[path] and self._on_disk(path) == intent.new[path]:
                 if blob is None:
                     files.write(self.root, path, None)
-                elif blob in self._repo:
+                elif blob in self.libgit2:
                     files.write(self.root, path, self.blob(blob))
         head = self.head()
-        before = self.blobs(head, list(intent.old)) if head else {}
-        self._repo.index.read()
+        before = self.blobs(head, intent.old)
+        self.libgit2.index.read()
         ours = {
             path: before.get(path)
             for path, blob in intent.staged.items()
@@ -623,11 +599,11 @@ class Repo:
         }
         if index is not None and ours:
             self._write_index(index, ours, head)
-        self._write_state("intent.json", None)
+        files.write(self._gitdir, _INTENT, None)
 
     def _in_index(self, path: str) -> str | None:
         try:
-            return str(self._repo.index[self._name(path)].id)
+            return str(self.libgit2.index[self._name(path)].id)
         except KeyError:
             return None
 
@@ -638,7 +614,7 @@ class Repo:
             self._free(held, at)
         for name in ("index", "index.lock", files.beside("intent.json")):
             (self._gitdir / "adaptbot" / name).unlink(missing_ok=True)
-        data = self._read_state("intent.json")
+        data = files.read(self._gitdir, _INTENT)
         if data is None:
             return
         try:
@@ -651,14 +627,14 @@ class Repo:
                 f"commit, is damaged. Compare the files of {self.root} with `git status` and "
                 "`git diff`, mend them if need be, then remove that record."
             ) from error
-        with _error_messages(self._top), ExitStack() as locks:
+        with _error_messages(self.top), ExitStack() as locks:
             index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
             branch = locks.enter_context(self._git_lock("branch", path))
             for name in intent.new:
                 files.clear(self.root, name)
             head = self.head()
-            there = intent.commit in self._repo and all(
-                blob is None or blob in self._repo for blob in intent.new.values()
+            there = intent.commit in self.libgit2 and all(
+                blob is None or blob in self.libgit2 for blob in intent.new.values()
             )
             whole = there and all(
                 self._on_disk(name) in (intent.old[name], blob) for name, blob in intent.new.items()
@@ -676,9 +652,8 @@ class Repo:
 
     def _again(self, intent: Intent, head: str | None) -> "tuple[Any, ...] | None":
         """What to commit anew, if somebody else has committed other files meanwhile."""
-        paths = list(intent.new)
-        made, now = self.blobs(intent.commit, paths), self.blobs(head, paths) if head else {}
-        before = self.blobs(intent.parent, paths) if intent.parent else {}
+        revisions = (intent.commit, intent.parent, head)
+        made, before, now = (self.blobs(each, intent.new) for each in revisions)
         if now != before:
             return None
         contents = {p: None if b is None else self.blob(b) for p, b in intent.new.items()}
@@ -702,22 +677,21 @@ class Repo:
         if old is not None:
             private.write_bytes(old)
         index = pygit2.Index(str(private))
-        tree = self._repo[commit].tree if commit else None
+        tree = self._tree_at(commit)
         for name, blob in staged.items():
             self._set(index, name, blob, tree)
         index.write()
         data = private.read_bytes()
         private.unlink()
         # git doubts an entry that is no older than the index: a new index must not seem newer.
-        times = path.stat().st_mtime_ns if old is not None else None
-        _place(lock, data, self._mode(path), times)
+        _place(lock, data, same_time=True)
 
     def _refuse_conflicts(self, paths: Mapping[str, object]) -> None:
         """Raise KnowledgeError if one of the files is being merged."""
-        with _error_messages(self._top):
-            self._repo.index.read()
+        with _error_messages(self.top):
+            self.libgit2.index.read()
         names = {self._name(path) for path in paths}
-        for sides in self._repo.index.conflicts or ():
+        for sides in self.libgit2.index.conflicts or ():
             for side in sides:
                 if side is not None and side.path in names:
                     raise KnowledgeError(
@@ -727,13 +701,13 @@ class Repo:
     def setting(self, name: str, default: str = "") -> str:
         """Look up a setting of git's configuration."""
         named = os.environ.get("GIT_CONFIG_GLOBAL", "")
-        with _error_messages(self._top):
-            found: list[Any] = [self._repo.config]
+        with _error_messages(self.top):
+            found: list[Any] = [self.libgit2.config]
             found += [_pygit2().Config(named)] if Path(named).is_file() else []
             return next((str(config[name]) for config in found if name in config), default)
 
     def _refuse_signing(self) -> None:
-        with _error_messages(self._top):
+        with _error_messages(self.top):
             if self.setting("commit.gpgsign").lower() in ("true", "yes", "on", "1"):
                 raise KnowledgeError(
                     "git is configured to sign every commit (commit.gpgsign), and adaptbot cannot "
@@ -759,12 +733,9 @@ class Repo:
             return
         commit = self._commit_at(intent.commit)
         who = commit.committer
-        zone = (
-            f"{'-' if who.offset < 0 else '+'}{abs(who.offset) // 60:02}{abs(who.offset) % 60:02}"
-        )
         line = (
             f"{intent.parent or '0' * 40} {intent.commit} {who.name} <{who.email}> {who.time} "
-            f"{zone}\tcommit: {commit.message.partition(chr(10))[0]}\n"
+            f"{_when(who):%z}\tcommit: {commit.message.partition(chr(10))[0]}\n"
         )
         branch = [self._common / "logs" / ref] if ref != "HEAD" else []
         for path in (self._gitdir / "logs" / "HEAD", *branch):
@@ -790,7 +761,7 @@ class Repo:
             while not _linked(own, lock):
                 if time.monotonic() > deadline:
                     raise KnowledgeError(
-                        f"Another git process is busy in {self._top}. Wait until it is done, then "
+                        f"Another git process is busy in {self.top}. Wait until it is done, then "
                         f"try again; if none is, remove {lock}."
                     )
                 time.sleep(0.02)
@@ -814,31 +785,17 @@ class Repo:
     def _own(self, name: str) -> Path:
         return self._gitdir / "adaptbot" / f"held-{name}"
 
-    @contextmanager
-    def _state(self, make: bool = False) -> Iterator[int]:
-        with (
-            files.refusing(self._gitdir / "adaptbot"),
-            bounded.folder(self._gitdir, "adaptbot", make) as handle,
-        ):
-            yield handle
-
-    def _read_state(self, name: str) -> bytes | None:
-        return files.read(self._gitdir, f"adaptbot/{name}")
-
-    def _write_state(self, name: str, data: bytes | None) -> None:
-        files.write(self._gitdir, f"adaptbot/{name}", data)
-
     def cached(self, name: str) -> bytes | None:
         """Return what was last kept under a name, None if nothing can be had."""
         with suppress(KnowledgeError):
-            return self._read_state(f"cache-{name}")
+            return files.read(self._gitdir, f"adaptbot/cache-{name}")
         return None
 
     def cache(self, name: str, data: bytes) -> None:
         """Keep what was worked out; a workspace that may not be written goes without."""
         if self.may_write():
             with suppress(KnowledgeError), self._shared():
-                self._write_state(f"cache-{name}", data)
+                files.write(self._gitdir, f"adaptbot/cache-{name}", data)
 
     @contextmanager
     def _shared(self) -> Iterator[None]:
@@ -854,11 +811,6 @@ class Repo:
             yield
         finally:
             os.umask(mask)
-
-    def _mode(self, path: Path) -> int | None:
-        with suppress(OSError):
-            return stat.S_IMODE(path.stat().st_mode)
-        return None
 
 
 _READ_WHOLE = ("HEAD", "index", "config", "commondir", "packed-refs", "shallow",
@@ -897,13 +849,25 @@ def _refuse_borrowed(holder: Path, git: Path) -> None:
         )
 
 
+def _below(folder: Any, deep: int) -> Iterator[tuple[str, Any]]:
+    """Give what is in a folder of a commit and in its folders, so deep at most, by path."""
+    for each in folder:
+        if deep and isinstance(each, _pygit2().Tree):
+            yield from ((f"{each.name}/{path}", below) for path, below in _below(each, deep - 1))
+        else:
+            yield each.name, each
+
+
 def _commit(commit: "pygit2.Commit", parents: tuple[str, ...]) -> "Commit":
     from adaptbot_cli.adapters.store.trailers import Commit
 
     who = commit.author
-    when = datetime.fromtimestamp(who.time, timezone(timedelta(minutes=who.offset)))
     message = commit.raw_message.decode("utf-8", "replace")
-    return Commit(str(commit.id), f"{who.name} <{who.email}>", when, message, parents)
+    return Commit(str(commit.id), f"{who.name} <{who.email}>", _when(who), message, parents)
+
+
+def _when(who: "pygit2.Signature") -> datetime:
+    return datetime.fromtimestamp(who.time, timezone(timedelta(minutes=who.offset)))
 
 
 def _linked(own: Path, lock: Path) -> bool:
@@ -922,24 +886,23 @@ def _linked(own: Path, lock: Path) -> bool:
     return True
 
 
-def _place(lock: Path, data: bytes, mode: int | None, times: int | None = None) -> None:
+def _place(lock: Path, data: bytes, same_time: bool = False) -> None:
     """Let what a lock guards have new content, through to the disk; the lock is gone then."""
+    path = lock.with_name(lock.name.removesuffix(".lock"))
+    about = path.stat() if path.exists() else None
     with lock.open("r+b") as file:
         file.write(data)
         file.truncate()
         file.flush()
-        if mode is not None:
+        if about is not None:
             with suppress(PermissionError):
-                os.fchmod(file.fileno(), mode)
+                os.fchmod(file.fileno(), stat.S_IMODE(about.st_mode))
         os.fsync(file.fileno())
-    if times is not None:
-        os.utime(lock, ns=(times, times))
-    lock.replace(lock.with_name(lock.name.removesuffix(".lock")))
-    handle = os.open(lock.parent, os.O_RDONLY)
-    try:
+    if about is not None and same_time:
+        os.utime(lock, ns=(about.st_mtime_ns, about.st_mtime_ns))
+    lock.replace(path)
+    with bounded.folder(lock.parent) as handle:
         os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 @cache
@@ -960,6 +923,19 @@ def _full(place: Path) -> bool:
     return shutil.disk_usage(place if place.is_dir() else place.parent).free < _ROOM
 
 
+_SENTENCES: Final = (
+    (("failed to parse config", "config file"),
+     "git's configuration cannot be read: {1}; correct that file."),
+    (("mandatory extension",),
+     "{0} has a split or sparse index, which adaptbot cannot write; run `git update-index "
+     "--no-split-index` or `git sparse-checkout reapply --no-sparse-index`."),
+    (("unsupported", "unknown object format"),
+     "The git repository of {0} cannot be written by adaptbot: {1}; choose a workspace outside it "
+     "with --workspace."),
+)  # fmt: skip
+"""What is told of an error of libgit2 with one of some words in it."""
+
+
 @contextmanager
 def _error_messages(place: Path) -> Iterator[None]:
     """Turn errors of libgit2 into a KnowledgeError that says what to do."""
@@ -968,26 +944,11 @@ def _error_messages(place: Path) -> Iterator[None]:
         yield
     except pygit2.GitError as error:
         text = str(error)
-        if "failed to parse config" in text or "config file" in text:
-            raise KnowledgeError(
-                f"git's configuration cannot be read: {text}; correct that file."
-            ) from error
-        if "mandatory extension" in text:
-            raise KnowledgeError(
-                f"{place} has a split or sparse index, which adaptbot cannot write; run `git "
-                "update-index --no-split-index` or `git sparse-checkout reapply "
-                "--no-sparse-index`."
-            ) from error
-        if "unsupported" in text or "unknown object format" in text:
-            raise KnowledgeError(
-                f"The git repository of {place} cannot be written by adaptbot: {text}; choose a "
-                "workspace outside it with --workspace."
-            ) from error
-        if _full(place):
-            text = _FULL
-        raise KnowledgeError(
-            f"The git repository of {place} could not be used: {text}; `git fsck` tells more."
-        ) from error
+        sentence = next((found for words, found in _SENTENCES if any(w in text for w in words)), "")
+        if not sentence:
+            sentence = "The git repository of {0} could not be used: {1}; `git fsck` tells more."
+            text = _FULL if _full(place) else text
+        raise KnowledgeError(sentence.format(place, text)) from error
     except OSError as error:
         text = error.strerror or (_FULL if _full(place) else str(error))
         raise KnowledgeError(

@@ -267,7 +267,7 @@ class Versions:
         Raises:
             KnowledgeError: there is no such revision.
         """
-        commit = self.repo.commit_of(self.repo.resolve(revision))
+        commit = self.repo.commit_of(revision)
         found = self.taught_by(commit)
         return (commit, found) if found.removed or found.added or found.entries else None
 
