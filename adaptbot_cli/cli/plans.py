@@ -118,15 +118,17 @@ def drop(
     place: Place = ANYWHERE,
 ) -> None:
     """Drop a kept plan: the planner is asked again. The versions still have it."""
-    from adaptbot_cli.session.change import KeptFile, keep_file
+    from adaptbot_cli.core.delta import Delta
+    from adaptbot_cli.session.change import ProposedChange, commit
 
     home = place.home()
     path, _ = _named(home, name)
     if not (yes or agreed(console(), f'Drop the plan "{path.stem}"?')):
         typer.echo("nothing was changed", err=True)
         return
-    file = KeptFile(path.relative_to(home.workspace.root).as_posix())
-    revision = keep_file(home, file, f'drop the plan "{path.stem}"', "drop")
+    plans = {path.relative_to(home.workspace.root).as_posix(): None}
+    subject, trailers = f'drop the plan "{path.stem}"', (("Source", "drop"),)
+    revision = commit(home, ProposedChange(Delta(), subject, trailers, plans=plans))
     typer.echo(
         f"dropped; committed as {(revision or '')[:7]}; adaptbot undo brings it back", err=True
     )

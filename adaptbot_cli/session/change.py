@@ -1,7 +1,7 @@
 """Changes of a home's knowledge that somebody asks for: seen first, then committed."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,7 +18,6 @@ from adaptbot_cli.adapters.store.keeper import (
     commit_hand_edits,
     edit_faults,
     edited_plans,
-    refusal,
 )
 from adaptbot_cli.adapters.store.trailers import answers, compose, of_lessons
 from adaptbot_cli.core.changes import Changes, Known, about, following, taken_back
@@ -52,13 +51,15 @@ _MOST = 3
 class ProposedChange:
     """A change that is not made yet.
 
-    `subject` and `trailers` are its commit's; `notes` what the person should know besides.
+    `subject` and `trailers` are its commit's; `notes` what the person should know besides;
+    `plans` are files by their paths in the workspace, and what they are to hold: None to go.
     """
 
     delta: Delta
     subject: str
     trailers: tuple[tuple[str, str], ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    plans: Mapping[str, bytes | None] = field(default_factory=dict)
 
     @property
     def changes(self) -> Changes:
@@ -73,8 +74,8 @@ def commit(home: Home, proposal: ProposedChange) -> str | None:
         KnowledgeError: it cannot be written, or would leave what the domain does not allow;
             nothing has changed then.
     """
-    store = keeper(home)
-    return store.change(proposal.delta, signed(proposal.subject, *proposal.trailers))
+    message = signed(proposal.subject, *proposal.trailers)
+    return keeper(home).change(proposal.delta, message, others=proposal.plans)
 
 
 def signed(subject: str, *trailers: tuple[str, str]) -> str:
@@ -83,17 +84,9 @@ def signed(subject: str, *trailers: tuple[str, str]) -> str:
     return compose(subject, [*trailers, *([("By", by)] if by else [])])
 
 
-@dataclass(frozen=True, slots=True)
-class KeptFile:
-    """A plan's file by its path in the workspace, and what it is to hold: None if it is to go."""
-
-    path: str
-    content: bytes | None = None
-
-
-def last_plan(home: Home) -> KeptFile | None:
-    """Return the plan that was kept or dropped last, with what was there before, if it still stands
-    and nothing was learned since.
+def last_plan(home: Home) -> ProposedChange | None:
+    """Propose to take back that a plan was kept or dropped last, if that still stands and nothing
+    was learned since.
 
     Raises:
         KnowledgeError: it was edited since: what is to become of that is the person's to say.
@@ -107,7 +100,7 @@ def last_plan(home: Home) -> KeptFile | None:
     for commit in repo.log([folder]):
         if learned is not None and not repo.leads_to(learned, commit.sha):
             return None
-        before = repo.folder(folder, commit.parents[0]) if commit.parents else {}
+        before = repo.folder(folder, next(iter(commit.parents), None))
         after = repo.folder(folder, commit.sha)
         for name in sorted(before.keys() | after.keys()):
             path = f"{folder}/{name}"
@@ -121,8 +114,9 @@ def last_plan(home: Home) -> KeptFile | None:
                     f"{path} was edited since it was kept; commit that with git, or take the edit "
                     f"back, or drop the plan: adaptbot plans drop {name.removesuffix('.plan')}"
                 )
-            old = before.get(name)
-            return KeptFile(path, repo.blob(old) if old else None)
+            old = repo.blob(before[name]) if name in before else None
+            text = f"drop the kept plan {name}" if old is None else f"put back {name} as it was"
+            return ProposedChange(Delta(), text, (("Source", "revert"),), plans={path: old})
     return None
 
 
@@ -151,23 +145,9 @@ def split_files(home: Home) -> str | None:
     return keeps.change(Delta(), message, others=others)
 
 
-def keep_file(home: Home, file: KeptFile, subject: str, source: str) -> str | None:
-    """Write or remove a plan's file; return the revision. `source` says why, in the commit.
-
-    Raises:
-        KnowledgeError: it cannot be written; nothing has changed then.
-    """
-    message = signed(subject, ("Source", source))
-    return keeper(home).change(Delta(), message, others={file.path: file.content})
-
-
 def judge(home: Home, delta: Delta) -> None:
     """Judge a change as its commit would. Raises KnowledgeError: the domain does not allow it."""
-    held = held_by(home)
-    files = held.after(delta)
-    broken = held.new_faults(delta, files) if files else []
-    if broken:
-        raise KnowledgeError(refusal(held.where, broken, (), ""))
+    held_by(home).judged(delta)
 
 
 def keeper(home: Home) -> Keeper:

@@ -8,9 +8,9 @@ import os
 import random
 import re
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from rdflib import RDF
 from rdflib.term import Node
@@ -19,18 +19,19 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Held
 from adaptbot_cli.adapters.store.merger import agreed
 from adaptbot_cli.adapters.store.reading import fact_files
-from adaptbot_cli.adapters.store.trailers import answers, compose
+from adaptbot_cli.adapters.store.trailers import answers, compose, in_short, of_answers
 from adaptbot_cli.adapters.store.versions import Versions, facts_of
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question, side_of
+from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question
 from adaptbot_cli.core.names import normal, variants
-from adaptbot_cli.core.provenance import Told, short
+from adaptbot_cli.core.provenance import Told
 from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.change import held_by, keeper
 from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.sync import Table
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.shared import Fetched, Shadow, SharedGraph
@@ -56,13 +57,12 @@ class Exchange:
 
 @dataclass(slots=True)
 class Served:
-    """A home with a graph on a server. `human` settles what only one side can be right about."""
+    """A home with a graph on a server. `table` settles what only one side can be right about."""
 
     home: Home
     shared: "SharedGraph"
     shadow: "Shadow"
-    human: Human
-    asked: dict[Any, tuple[Side | None, Question]] = field(default_factory=dict)
+    table: Table
 
     @classmethod
     def of(cls, home: Home, human: Human) -> "Served | None":
@@ -76,7 +76,7 @@ class Served:
         keeper(home)
         shared = SharedGraph.of(endpoint, home.kg.domain, home.workspace.settings)
         repo = Repo.open_or_init(home.workspace.root)
-        return cls(home, shared, Shadow.of(repo, shared), human)
+        return cls(home, shared, Shadow.of(repo, shared), Table(human))
 
     @classmethod
     def needed(cls, home: Home, human: Human) -> "Served":
@@ -126,14 +126,13 @@ class Served:
         came = Exchange(notes=fetched.notes)
 
         def ask(conflict: Conflict) -> Side | None:
-            key = (conflict.key, conflict.ours, conflict.theirs)
-            if key not in self.asked:
-                asked = question(conflict, held.kg, self._givers(conflict))
-                side = side_of(self.human.ask(asked), asked)
-                self.asked[key] = side, asked
-            if self.asked[key][0] is None:
-                came.open.append(self.asked[key][1])
-            return self.asked[key][0]
+            domain = self.home.domain
+            side = self.table.settle(
+                domain, conflict, lambda: question(conflict, held.kg, self._givers(conflict))
+            )
+            if side is None:
+                came.open.append(self.table.said[domain, conflict][1].question)
+            return side
 
         rest = here - ours
         facts = agreed(held, Merge(base | rest, ours | rest, theirs | rest), ask, _refuse)
@@ -141,8 +140,9 @@ class Served:
             return came
         came.came = Delta(here - facts, facts - here)
         if came.came:
-            found = self._told(self.shared.behind(came.came), came.came)
-            trailers = [("Source", "pull"), ("Remote", self.shared.endpoint.url), *found]
+            found = _last(self.shared.behind(came.came), came.came)
+            trailers = [("Source", "pull"), ("Remote", self.shared.endpoint.url)]
+            trailers += of_answers(found)
             keeper(self.home).change(came.came, compose("pull: the shared graph", trailers))
             self.home = Home(self.home.workspace, self.home.domain)
         known = self.shadow.facts or _NONE
@@ -158,8 +158,8 @@ class Served:
             (Delta(added=conflict.ours), self._since()),
             (Delta(added=conflict.theirs), self.shared.behind(Delta(added=conflict.theirs))),
         ):
-            record = dict(self._told(given, delta))
-            sides.append(", ".join(filter(None, (record.get("By-1"), record.get("At-1", "")[:10]))))
+            [told] = _last(given, delta)[:1] or [Told(0, "", "")]
+            sides.append(", ".join(filter(None, (told.by, told.at[:10]))))
         return sides[0], sides[1] or "the shared graph"
 
     def _base(self, fetched: "Fetched") -> Facts:
@@ -201,7 +201,7 @@ class Served:
             if not delta:
                 break
             known = self.shadow.facts or _NONE
-            if self.shared.write(delta, known, self._told(self._since(), delta)):
+            if self.shared.write(delta, known, of_answers(_last(self._since(), delta))):
                 self.shadow.keep(
                     self.shared, (known - delta.removed) | delta.added, self.shadow.head
                 )
@@ -232,7 +232,7 @@ class Served:
         both = self._facts(held_by(self.home)) | (self.shadow.facts or _NONE)
         return {s for s, _, _ in both}
 
-    def _since(self) -> Any:
+    def _since(self) -> list[Told]:
         """The answers of the commits that the server does not know, the oldest first; a commit
         without any is told by its subject."""
         versions = Versions(self.home.domain, self.shadow.repo)
@@ -243,32 +243,24 @@ class Served:
                 taught = versions.taught_by(commit)
                 if taught.first:  # the pack as it came is nobody's answer
                     continue
-                one = taught.changes.delta
-                facts = [short(sign, t) for sign, side in (("-", one.removed), ("+", one.added))
-                         for t in sorted(side)]  # fmt: skip
-                by = dict(commit.trailers).get("By", "") or commit.author.partition(" <")[0]
-                at = commit.when.isoformat(timespec="seconds")
-                own = (Told(0, commit.subject, "", by, at, tuple(facts)),)
+                one = versions.chapter(taught)
+                facts = in_short(one.changes.delta)
+                own = (Told(0, commit.subject, "", one.by(), one.origin.when, facts),)
             found = [*own, *found]
-        return found
-
-    def _told(self, answers: Any, delta: Delta) -> list[tuple[str, str]]:
-        """Trailers of the answers behind a change: of each fact the last that tells of it."""
-        left = {short("-", t) for t in delta.removed} | {short("+", t) for t in delta.added}
-        found: list[tuple[str, str]] = []
-        number = 0
-        for reply in reversed(answers):
-            facts = [fact for fact in reply.facts if fact in left]
-            if facts:
-                left.difference_update(facts)
-                number += 1
-                values = {"Question": reply.question, "Answer": reply.said, "By": reply.by}
-                found += [(f"{k}-{number}", v) for k, v in {**values, "At": reply.at}.items()]
-                found += [(f"Fact-{number}", fact) for fact in facts]
         return found
 
     def _facts(self, held: Held) -> Facts:
         return facts_of({name: held.files[name] for name in fact_files(held.files)})
+
+
+def _last(answers: Sequence[Told], delta: Delta) -> list[Told]:
+    """The answers behind a change: of each fact the last that tells of it."""
+    left, found = set(in_short(delta)), list[Told]()
+    for told in reversed(answers):
+        if facts := tuple(fact for fact in told.facts if fact in left):
+            left.difference_update(facts)
+            found.append(replace(told, facts=facts))
+    return found
 
 
 def _within(facts: Facts, scope: frozenset[Node]) -> Facts:

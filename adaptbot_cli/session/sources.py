@@ -140,10 +140,10 @@ def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tup
 
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
     from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.keeper import files_at
+    from adaptbot_cli.adapters.store.versions import Versions
     from adaptbot_cli.errors import KnowledgeError
 
     repo = Repo.open(workspace.root) if workspace.exists else None
     if repo is None:
         raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")
-    return files_at(repo, domain, revision)
+    return Versions(domain, repo).files(revision)

@@ -1,5 +1,6 @@
 """Shares a home's knowledge by git: fetch, merge by facts, settle conflicts, push."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -8,8 +9,7 @@ from adaptbot_cli.adapters.store.merger import Dispute, Merger
 from adaptbot_cli.adapters.store.trailers import of_lessons
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.merging import Side, question, side_of
-from adaptbot_cli.core.provenance import Origin
+from adaptbot_cli.core.merging import Conflict, Side, side_of
 from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.turns import Human
 from adaptbot_cli.errors import KnowledgeError
@@ -36,41 +36,33 @@ class Synced:
 
 
 @dataclass(slots=True)
-class _Table:
+class Table:
     """Puts conflicts to a person, each once, and remembers what was said."""
 
     human: Human
-    lessons: dict[tuple[object, ...], tuple[Side | None, Lesson]] = field(default_factory=dict)
+    said: dict[tuple[str, Conflict], tuple[Side | None, Lesson]] = field(default_factory=dict)
 
-    def settle(self, dispute: Dispute) -> Side | None:
-        conflict = dispute.conflict
-        key = (dispute.domain, *conflict.key, conflict.ours, conflict.theirs)
-        if key not in self.lessons:
-            asked = asked_of(dispute)
-            answer = self.human.ask(asked)
-            side = side_of(answer, asked)
-            stands, falls = conflict.ours, conflict.theirs
-            if side == "theirs":
-                stands, falls = falls, stands
-            text = next((c.label for c in asked.choices if c.value == answer.value), "")
+    def settle(self, domain: str, conflict: Conflict, asked: Callable[[], Question]) -> Side | None:
+        """Return which side of a conflict stands; None where that is to stay open."""
+        if (domain, conflict) not in self.said:
+            question = asked()
+            answer = self.human.ask(question)
+            side = side_of(answer, question)
+            change = Delta(conflict.theirs - conflict.ours, conflict.ours - conflict.theirs)
+            text = next((c.label for c in question.choices if c.value == answer.value), "")
             lesson = Lesson(
-                Delta(falls - stands, stands - falls),
-                asked,
+                change.inverse if side == "theirs" else change,
+                question,
                 replace(answer, by=answer.by or person()),
-                f"{asked.about}: {asked.label} {text}",
+                f"{question.about}: {question.label} {text}",
             )
-            self.lessons[key] = side, lesson
-        return self.lessons[key][0]
+            self.said[domain, conflict] = side, lesson
+        return self.said[domain, conflict][0]
 
-
-def asked_of(dispute: Dispute) -> Question:
-    """Return the question that a dispute puts, with who gave each answer."""
-    return question(dispute.conflict, dispute.held.kg, (_who(dispute.ours), _who(dispute.theirs)))
-
-
-def _who(origin: Origin) -> str:
-    parts = (origin.by or origin.author, (origin.at or origin.when)[:10])
-    return ", ".join(part for part in parts if part)
+    @property
+    def settled(self) -> tuple[Lesson, ...]:
+        """What was settled."""
+        return tuple(lesson for side, lesson in self.said.values() if side)
 
 
 def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
@@ -90,18 +82,21 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
     for domain in workspace.domains():
         if repo.head() and workspace.has(domain):  # hand edits first, as every writer does
             commit_edits(Home(workspace, domain), f"hand edit: before a sync, {domain}")
-    table, before = _Table(human), repo.head()
+    table, before = Table(human), repo.head()
+
+    def settle(dispute: Dispute) -> Side | None:
+        return table.settle(dispute.domain, dispute.conflict, lambda: dispute.question)
+
     notes: tuple[str, ...] = ()
     for _ in range(TRIES):
         branch, theirs = link.fetch()
         ours = repo.head()
         if theirs is not None and not (ours and repo.leads_to(theirs, ours)):
-            merger = Merger(repo, link.name, ours, theirs, table.settle)
+            merger = Merger(repo, link.name, ours, theirs, settle)
             contents = merger.contents()
             if merger.open:
-                return Synced(before, ours, open=tuple(map(asked_of, merger.open)))
-            settled = [lesson for side, lesson in table.lessons.values() if side]
-            trailers = [("Source", "sync"), ("Remote", link.name), *of_lessons(settled)]
+                return Synced(before, ours, open=tuple(each.question for each in merger.open))
+            trailers = [("Source", "sync"), ("Remote", link.name), *of_lessons(table.settled)]
             message = signed(f"sync: {link.name}", *trailers)
             with repo.writing():
                 if repo.head() != ours:
@@ -115,8 +110,7 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
             notes = tuple(merger.notes)
         head = repo.head()
         if head is None or head == theirs or link.push(branch, head, theirs):
-            lessons = tuple(lesson for side, lesson in table.lessons.values() if side)
-            return Synced(before, head, head not in (None, theirs), (), lessons, notes)
+            return Synced(before, head, head not in (None, theirs), (), table.settled, notes)
     raise KnowledgeError(
         f"{link.name} has changed each time before the merge could be sent; what it knew is "
         "merged here, the rest is sent by the next `kg sync`"
@@ -136,4 +130,4 @@ def disputes(workspace: Workspace, domain: str) -> tuple[str, list[Question]]:
     merger = Merger(repo, last[0], head, last[1], lambda dispute: None)
     with suppress(KnowledgeError):  # what cannot be taken has no question; the next sync says why
         merger.contents()
-    return last[0], [asked_of(each) for each in merger.open if each.domain == domain]
+    return last[0], [each.question for each in merger.open if each.domain == domain]

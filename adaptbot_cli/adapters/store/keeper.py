@@ -6,7 +6,7 @@ never mix with them. Edits with faults of their own are left out of both, for th
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
@@ -28,10 +28,10 @@ from adaptbot_cli.adapters.store.reading import (
     misplaced,
     parse,
     parts_of,
-    paths_of,
 )
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
 from adaptbot_cli.adapters.store.turtle import parsed, rewrite, statements, tokens
+from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.kg import Kg
@@ -65,8 +65,8 @@ class CommitSource:
 
     def trailers(self, task: str) -> list[tuple[str, str]]:
         """Return the trailers of a commit of a run of a task."""
-        acted = [("Robot", self.robot)] if self.robot else []
-        return [("Task", task), ("Planner", self.planner), *acted]
+        given = (("Robot", self.robot), ("Transcript", self.transcript))
+        return [("Task", task), ("Planner", self.planner), *(each for each in given if each[1])]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,15 +142,36 @@ class Held:
         return "state.ttl" if self.kg.home_of(predicate) == STATES else "attributes.ttl"
 
     def new_faults(self, change: Delta, changed: Mapping[str, bytes]) -> list[Fault]:
-        """Return what a change would break; `changed` are the files after it.
+        """Return what a change would break; `changed` are the files after it, if any differs.
 
         Raises:
             KnowledgeError, PackError: the files could not be read again or make no domain.
         """
+        if not changed:
+            return []
         for name in fact_files(changed):
             parsed(changed[name], f"{self.where}/{name}")
         domain = load_domain({**self.files, **changed}, self.where)
         return new_faults(self.kg, self._facts(change), domain)
+
+    def judged(
+        self, change: Delta, lessons: Sequence[Lesson] = (), hint: str = ""
+    ) -> dict[str, bytes]:
+        """Return what `after` does, if the domain allows the change.
+
+        `lessons` are what it comes from, named where it is refused; `hint` ends the refusal.
+
+        Raises:
+            KnowledgeError: it does not, or the change cannot be written.
+        """
+        changed = self.after(change)
+        if found := self.new_faults(change, changed):
+            text = "; ".join(f"{f.message if f.facts else f}{_cause(f, lessons)}" for f in found)
+            rest = f". Nothing was changed{f'; {hint}' if hint else ''}."
+            raise KnowledgeError(
+                f"this cannot be kept beside what {self.where} holds now: {text}{rest}"
+            )
+        return changed
 
     def learn(self, change: Delta, changed: Mapping[str, bytes]) -> None:
         """Go along with a change that was written."""
@@ -205,7 +226,6 @@ class Keeper:
         more = len(turn.lessons) - 1
         title = turn.lessons[0].sentence + (f" (and {more} more)" if more else "")
         trailers = self.origin.trailers(turn.task.name)
-        trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
         sentences = [lesson.sentence for lesson in turn.lessons]
         message = compose(f"learn: {title}", [*trailers, *of_lessons(turn.lessons)], sentences)
         text = f" {self.origin.transcript}" if self.origin.transcript else ""
@@ -221,20 +241,18 @@ class Keeper:
     def believe(self, turn: Believe) -> Kept:
         """Commit what a step did and what was seen then, with the step. Raises as `keep` does."""
         trailers = self.origin.trailers(turn.task.name)
-        trailers += [("Transcript", self.origin.transcript)] if self.origin.transcript else []
         trailers += [("Step", turn.step)] if turn.step else []
         message = compose(f"state: {turn.step or 'seen before the first step'}", trailers)
         return Kept(self.change(turn.delta, message, hint="it is in the transcript"))
 
     def trace(self, fact: str) -> str:
         """Return where a fact such as `onion IsLiquid true` comes from. Raises KnowledgeError."""
-        from adaptbot_cli.adapters.store.versions import Versions
-
         return Versions.of(self.root, self.domain).trace(fact)
 
     def apply(self, task: str, deltas: Iterable[Delta]) -> str | None:
         """Commit the state that an executed plan leaves. Raises KnowledgeError as `keep` does."""
-        message = compose(f'state: after "{task}"', self.origin.trailers(task))
+        trailers = replace(self.origin, transcript="").trailers(task)
+        message = compose(f'state: after "{task}"', trailers)
         return self.change(net(deltas), message, hint="what was learned has been kept")
 
     def change(
@@ -247,9 +265,9 @@ class Keeper:
     ) -> str | None:
         """Commit a change of facts if the files, as they are now, allow it; return the revision.
 
-        A change that is there already makes no commit. `lessons` are what it comes from, named
-        where it is refused; `hint` ends the refusal; `others` are files that are written or, with
-        None, removed beside those of facts.
+        A change that is there already makes no commit. `lessons` and `hint` are as for
+        `Held.judged`; `others` are files that are written or, with None, removed beside those of
+        facts.
 
         Raises:
             KnowledgeError: as `keep` does.
@@ -260,10 +278,7 @@ class Keeper:
             if self.held is None or self.held.files != found:
                 self.held = Held.of(found, self._where, self.large)
             held = self.held
-            changed = held.after(change)
-            broken = held.new_faults(change, changed) if changed else []
-            if broken:
-                raise KnowledgeError(refusal(self._where, broken, lessons, hint))
+            changed = held.judged(change, lessons, hint)
             if edits := repo.dirty(list(others)):
                 commit_hand_edits(repo, self.domain, edits, "", self.origin.now())
             written = {
@@ -291,11 +306,10 @@ class Keeper:
         If they have faults, return what is committed of the change without them, and what is
         staged: the edits stay as they are.
         """
-        head = repo.head()
-        before = repo.folder(self._where, head) if head else ()
-        edited = repo.dirty(paths_of(self.domain, held.files, before))
+        edited = [f"{self._where}/{name}" for name in Versions(self.domain, repo).edited()]
         if not edited:
             return {}, {}
+        head = repo.head()
         committed = _held_at(repo, self.domain, head)
         if committed is not None and faults_of(held, committed):
             try:
@@ -315,7 +329,7 @@ class Keeper:
         found = {}
         for path in sorted(paths):
             data, name = repo.staged(path), path.removeprefix(f"{self._where}/")
-            if data is not None and data != repo.read(path, head or ""):
+            if data is not None and data != repo.read(path, head):
                 try:
                     after = Held(self._where, {**held.files, name: data}, held.kg).after(change)
                 except (KnowledgeError, UnicodeDecodeError):
@@ -327,15 +341,9 @@ class Keeper:
 def _held_at(repo: Repo, domain: str, revision: str | None) -> Held | None:
     """A domain as it was committed; None if that makes no domain."""
     try:
-        return Held.of(files_at(repo, domain, revision or ""), f"kg/{domain}")
+        return Held.of(Versions(domain, repo).files(revision or ""), f"kg/{domain}")
     except KnowledgeError:
         return None
-
-
-def files_at(repo: Repo, domain: str, revision: str) -> dict[str, bytes]:
-    """Return a domain's files as they were at a revision. Raises KnowledgeError."""
-    blobs = repo.folder(f"kg/{domain}", revision)
-    return {name: repo.blob(sha) for name, sha in blobs.items() if name.endswith(".ttl")}
 
 
 def faults_of(now: Held, before: Held | None) -> list[Fault]:
@@ -358,8 +366,8 @@ def edit_faults(repo: Repo, domain: str) -> list[Fault]:
 
 def edited_plans(repo: Repo, domain: str) -> list[str]:
     """Return the paths of the kept plans of a domain that differ from those committed."""
-    folder, head = f"plans/{domain}", repo.head()
-    found = {*disk.names(repo.root, folder), *(repo.folder(folder, head) if head else ())}
+    folder = f"plans/{domain}"
+    found = {*disk.names(repo.root, folder), *repo.folder(folder, repo.head())}
     return repo.dirty([f"{folder}/{name}" for name in sorted(found) if name.endswith(".plan")])
 
 
@@ -397,17 +405,15 @@ def start(
         found = read_files(root / "kg" / domain, root)
         found |= {p.removeprefix(own): data for p, data in new.items() if p.startswith(own)}
         kg = load_kg(found, f"kg/{domain}", large=large)
-        head = repo.head()
-        paths = paths_of(domain, found, repo.folder(f"kg/{domain}", head) if head else ())
-        known = repo.blobs(head, paths) if head else {}
-        there = {f"{own}{name}": data for name, data in found.items()}
-        unknown = set() if known else there.keys() & set(paths) - new.keys()
+        committed = in_order(repo.folder(f"kg/{domain}", repo.head()))
+        there = {f"{own}{name}": found[name] for name in in_order(found)}
+        unknown = set() if committed else there.keys() - new.keys()
         if unknown and faults(kg):
             unknown = set()
         if new or unknown:
             contents = {**new, **{path: there[path] for path in unknown}}
             repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
-        edited = tuple(repo.dirty(paths))
+        edited = tuple(f"{own}{name}" for name in Versions(domain, repo).edited())
         return WorkspaceStart(repo.head(), edited, kg, found, tuple(_notes(repo, found)))
 
 
@@ -502,13 +508,6 @@ def _renamed(text: str, file: str, domain: URIRef, new: URIRef, name: str) -> st
     for start_, end, now in sorted(edits, reverse=True):
         text = text[:start_] + now + text[end:]
     return text
-
-
-def refusal(where: str, found: Iterable[Fault], lessons: Sequence[Lesson], hint: str) -> str:
-    """Say why a change is refused: each fault, and the answers that caused it."""
-    text = "; ".join(f"{f.message if f.facts else f}{_cause(f, lessons)}" for f in found)
-    rest = f"; {hint}" if hint else ""
-    return f"this cannot be kept beside what {where} holds now: {text}. Nothing was changed{rest}."
 
 
 def _cause(fault: Fault, lessons: Sequence[Lesson]) -> str:

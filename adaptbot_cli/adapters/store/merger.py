@@ -15,8 +15,18 @@ from adaptbot_cli.adapters.store.reading import fact_files, graph_of
 from adaptbot_cli.adapters.store.versions import Versions, facts_of, read
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.merging import Conflict, Facts, Key, Merge, Side, conflicts, of_faults
+from adaptbot_cli.core.merging import (
+    Conflict,
+    Facts,
+    Key,
+    Merge,
+    Side,
+    conflicts,
+    of_faults,
+    question,
+)
 from adaptbot_cli.core.provenance import Origin
+from adaptbot_cli.core.questions import Question
 from adaptbot_cli.errors import KnowledgeError
 
 Files = Mapping[str, bytes]
@@ -28,13 +38,11 @@ _MOST = 3
 
 @dataclass(frozen=True, slots=True)
 class Dispute:
-    """A conflict in a domain, with who gave each side's answer; `held` knows both sides' names."""
+    """A conflict in a domain, and the question that it puts, with who gave each side's answer."""
 
     domain: str
     conflict: Conflict
-    held: Held
-    ours: Origin
-    theirs: Origin
+    question: Question
 
 
 Settle = Callable[[Dispute], Side | None]
@@ -108,29 +116,29 @@ class Merger:
 
     def _settled(self, domain: str, start: Held, ours: Held, merge: Merge) -> dict[str, bytes]:
         """The files of a domain with the merged facts, once every conflict is settled."""
+        versions = Versions(domain, self.repo)
+
+        def who(conflict: Conflict, head: str | None, since: str | None) -> str:
+            about = conflict.ours ^ conflict.theirs
+            origin = versions.changed(about, head, since) if head and since else Origin("")
+            parts = (origin.by or origin.author, (origin.at or origin.when)[:10])
+            return ", ".join(part for part in parts if part)
 
         def ask(conflict: Conflict) -> Side | None:
-            dispute = self._dispute(domain, conflict, ours)
+            mine = who(conflict, self.ours, self.theirs)
+            given = mine, who(conflict, self.theirs, self.ours)
+            dispute = Dispute(domain, conflict, question(conflict, ours.kg, given))
             side = self.settle(dispute)
             if side is None:
                 self.open.append(dispute)
             return side
 
         facts = agreed(start, merge, ask, self._refuse)
-        return self._written(start, ours, facts) if facts is not None else {}
-
-    def _written(self, start: Held, ours: Held, facts: Facts) -> dict[str, bytes]:
-        delta = _delta(start, facts)
-        files = {**start.files, **start.after(delta)}
+        if facts is None:
+            return {}
+        files = {**start.files, **start.after(_delta(start, facts))}
         self._refuse(faults_of(Held.of(files, ours.where), ours))
         return files
-
-    def _dispute(self, domain: str, conflict: Conflict, ours: Held) -> Dispute:
-        versions = Versions(domain, self.repo)
-        about = (conflict.ours | conflict.theirs) - (conflict.ours & conflict.theirs)
-        sides = ((self.ours, self.theirs), (self.theirs, self.ours))
-        origins = [versions.changed(about, head, since) for head, since in sides if head and since]
-        return Dispute(domain, conflict, ours, *origins)
 
     def _text(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
         """A file of the pack in the merge, but for its single facts; None if it is gone."""
@@ -236,7 +244,7 @@ def agreed(
         if None in sides:
             return None
         delta = _delta(start, facts)
-        new = of_faults(start.new_faults(delta, start.after(delta)) if delta else (), merge)
+        new = of_faults(start.new_faults(delta, start.after(delta)), merge)
         if not new:
             return facts
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
 
+from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.learning import Lesson
 from adaptbot_cli.core.provenance import Told, plain, short
 from adaptbot_cli.core.terms import local
@@ -78,18 +79,31 @@ def write(trailers: Iterable[tuple[str, str]]) -> str:
     return "".join(f"{key}: {escape(value)}\n" for key, value in trailers)
 
 
-def of_lessons(lessons: Sequence[Lesson]) -> Iterator[tuple[str, str]]:
-    """Give the trailers of lessons: the question, the answer, by whom, when, and every fact."""
-    for number, lesson in enumerate(lessons, start=1):
-        yield f"Question-{number}", lesson.question.text
-        yield f"Answer-{number}", lesson.answer.value or ""
-        if lesson.answer.suggestion:
-            yield f"Suggested-{number}", lesson.answer.suggestion
-        yield f"By-{number}", lesson.answer.by
-        yield f"At-{number}", lesson.answer.at
-        for sign, triples in (("-", lesson.delta.removed), ("+", lesson.delta.added)):
-            for triple in sorted(triples):
-                yield f"Fact-{number}", f"{sign} {' '.join(local(node) for node in triple)}"
+def of_lessons(lessons: Iterable[Lesson]) -> Iterator[tuple[str, str]]:
+    """Give the trailers of lessons: as `of_answers` does, of their answers."""
+    return of_answers(
+        Told(0, lesson.question.text, lesson.answer.value or "", lesson.answer.by,
+             lesson.answer.at, in_short(lesson.delta), lesson.answer.suggestion)
+        for lesson in lessons
+    )  # fmt: skip
+
+
+def of_answers(answers: Iterable[Told]) -> Iterator[tuple[str, str]]:
+    """Give the trailers of answers: the question, the answer, by whom, when, and every fact."""
+    for number, told in enumerate(answers, start=1):
+        yield f"Question-{number}", told.question
+        yield f"Answer-{number}", told.said
+        if told.suggestion:
+            yield f"Suggested-{number}", told.suggestion
+        yield f"By-{number}", told.by
+        yield f"At-{number}", told.at
+        yield from ((f"Fact-{number}", fact) for fact in told.facts)
+
+
+def in_short(delta: Delta) -> tuple[str, ...]:
+    """Return the facts of a change as the trailers have them, each with its sign."""
+    sides = (("-", delta.removed), ("+", delta.added))
+    return tuple(f"{sign} {' '.join(map(local, t))}" for sign, side in sides for t in sorted(side))
 
 
 @lru_cache(maxsize=64)

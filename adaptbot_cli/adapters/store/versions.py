@@ -130,8 +130,7 @@ class Versions:
 
     def edited(self) -> list[str]:
         """Return the names of the files that differ from the last commit."""
-        head = self.repo.head()
-        known = self._blobs(head) if head else {}
+        known = self.repo.folder(self.folder, self.repo.head())
         there = names_of_pack(self.repo.root / self.folder, self.repo.root)
         dirty = self.repo.dirty(paths_of(self.domain, there, known))
         return [path.removeprefix(f"{self.folder}/") for path in dirty]

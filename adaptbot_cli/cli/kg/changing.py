@@ -23,7 +23,7 @@ from adaptbot_cli.cli.common import (
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from adaptbot_cli.session.change import KeptFile, ProposedChange
+    from adaptbot_cli.session.change import ProposedChange
     from adaptbot_cli.session.knowledge import Home
 
 
@@ -187,20 +187,18 @@ def undo(
     return _with_verdicts(home, change.revert(home, latest), consent)
 
 
-def _plan_taken_back(home: "Home", plan: "KeptFile", consent: Consent) -> int:
+def _plan_taken_back(home: "Home", proposal: "ProposedChange", consent: Consent) -> int:
     """Carry out that a kept plan is dropped, or the one before it put back."""
     from adaptbot_cli.adapters.display.cells import GOOD, noted, plain_text
-    from adaptbot_cli.session.change import keep_file
+    from adaptbot_cli.session.change import commit
 
-    name = plan.path.rpartition("/")[2]
-    text = f"drop the kept plan {name}" if plan.content is None else f"put back {name} as it was"
     out, revision = console(stderr=consent.json), None
-    out.print(plain_text(f"- {text}", "", 1_000))
+    out.print(plain_text(f"- {proposal.subject}", "", 1_000))
     if not consent.dry_run and (consent.yes or agreed(out, "Commit this?")):
-        revision = keep_file(home, plan, text, "revert")
+        revision = commit(home, proposal)
         out.print(noted(GOOD, f"committed as {(revision or '')[:7]}"))
     if consent.json:
-        print_json({"revision": revision, "plan": plan.path})
+        print_json({"revision": revision, "plan": next(iter(proposal.plans))})
     return 0
 
 
