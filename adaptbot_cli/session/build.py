@@ -1,7 +1,7 @@
 """The only wiring: a command line, read, made into a run."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, fields
 from datetime import UTC, datetime
@@ -20,10 +20,8 @@ from adaptbot_cli.core.learning import safe_name
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.request import Reading
 from adaptbot_cli.core.robots import acting_as
-from adaptbot_cli.core.run import Plans
-from adaptbot_cli.core.turns import Human, Observer, Planner
+from adaptbot_cli.core.turns import Human, Observer, Planner, Turn
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
 from adaptbot_cli.core.validate import faults
 from adaptbot_cli.core.world import STOPPED
@@ -102,47 +100,27 @@ class Request:
 class Session:
     """Everything that one run needs, wired. `revisions` are the workspace's, before and after;
     `state` is the one that holds the executed state, if it was kept. `unused` returns which entries
-    of a file of answers were not asked for; `plans` are those that may be kept; `library` is
-    whether the plan library plans."""
+    of a file of answers were not asked for; `library` is whether the plan library plans."""
 
     request: Request
     kg: Kg
-    read: Callable[[str], Reading]
+    turns: Generator[Turn, Any, Result]
     ports: Ports
     screen: "Screen"
-    replans: int
     keeper: Keeper | None
     recorder: "Recorder | None"
     transcript: Path | None
     unused: Callable[[], list[str]]
     root: Path
-    plans: Plans
     library: bool
-    over: tuple[tuple[str, str], ...]
-    done: tuple[str, ...]
     revisions: tuple[str | None, str | None]
     state: str | None = None
     stopped: bool = False
 
     def run(self) -> Result:
         """Pursue the task; with `apply`, commit the state that the executed plan leaves."""
-
-        request = self.request
-        turns = pursue_each(
-            request.task,
-            self.read,
-            self.kg,
-            parser(self.kg),
-            request.policy,
-            self.replans,
-            request.full,
-            request.confirm if self.ports.world else None,
-            self.done,
-            self.over,
-            self.plans,
-        )
         try:
-            result = drive(turns, self.ports)
+            result = drive(self.turns, self.ports)
         except ModelError as error:
             # The library has no plan the next time either: there is nothing to resume.
             if self.recorder is not None and self.library:
@@ -150,7 +128,7 @@ class Session:
             raise
         before, after = self.revisions[0], result.revision or self.revisions[0]
         for run in result.runs or (result,):
-            if run.outside is not None or not request.apply or self.keeper is None:
+            if run.outside is not None or not self.request.apply or self.keeper is None:
                 continue  # what was done outside is kept already, step by step
             if run.outcome and run.verdict == "executable":
                 self.state = self.keeper.apply(run.report.task.name, run.outcome.deltas)
@@ -200,7 +178,10 @@ def build(
     planner = _planner(request, chosen, environ, kg, workspace, console, kept)
     # The library says the same however often it is asked: a re-prompt would tell it nothing.
     replans = 0 if chosen.model is None else request.replans
-    transcript = _transcript(request, workspace)
+    transcript = request.record
+    if transcript is None and not request.dry_run:
+        name = f"{started():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
+        transcript = workspace.transcripts / name
     with ExitStack() as stack:
         if sharing is not None:
             sharing.inner, sharing.learn = planner, kg.learn
@@ -239,22 +220,31 @@ def build(
             stack.callback(world.close)
             screen.world, screen.how = world.name, getattr(world, "how", "")
         observers: list[Observer] = [screen, *([recorder] if recorder else [])]
+        turns = pursue_each(
+            request.task,
+            read,
+            kg,
+            parser(kg),
+            request.policy,
+            replans,
+            request.full,
+            request.confirm if world else None,
+            done,
+            over,
+            "none" if start is None else "changed" if chosen.model is None else "any",
+        )
         yield Session(
             request,
             kg,
-            read,
+            turns,
             Ports(planner, human, words, keeper or Nowhere(), observers, world),
             screen,
-            replans,
             keeper,
             recorder,
             transcript,
             unused,
             workspace.root,
-            "none" if start is None else "changed" if chosen.model is None else "any",
             chosen.model is None,
-            over,
-            done,
             (before, None),
         )
 
@@ -269,7 +259,7 @@ def _sharing(
     from adaptbot_cli.adapters.display.cells import warn
     from adaptbot_cli.session.exchange import Served, Sharing
 
-    served = Served.needed(Home(workspace, request.domain), human)
+    served = Served.of(Home(workspace, request.domain), human)
     found = Sharing(served, partial(warn, console))
     found.fetch(request.task)
     return found
@@ -368,15 +358,6 @@ def started() -> datetime:
 def stamp() -> str:
     """Return the time as a transcript tells it."""
     return started().isoformat(timespec="seconds")
-
-
-def _transcript(request: Request, workspace: Workspace) -> Path | None:
-    """Where the run's transcript goes: where it is asked for, else into the workspace."""
-    if request.record is not None or request.dry_run:
-        return request.record
-
-    name = f"{started():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
-    return workspace.transcripts / name
 
 
 def started_on(domain: str, workspace: Workspace) -> WorkspaceStart:

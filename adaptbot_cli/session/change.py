@@ -133,15 +133,15 @@ def split_files(home: Home) -> str | None:
             f"{sentence_list(edited)} holds edits that are not committed; commit them first: "
             'adaptbot kg commit -m "…"'
         )
-    held = keeps.held
-    if held is None:
-        return None
-    new = {n: data for n, data in Filing(held.files, held.kg).split().items()
-           if data != held.files.get(n)}  # fmt: skip
-    if not new:
+    held = keeps.held or held_by(home)
+    others = {
+        f"kg/{home.domain}/{name}": data
+        for name, data in Filing(held.files, held.kg).split().items()
+        if data != held.files.get(name)
+    }
+    if not others:
         return None
     message = compose("split: the files of facts", [("Source", "split")])
-    others = {f"kg/{home.domain}/{name}": data for name, data in new.items()}
     return keeps.change(Delta(), message, others=others)
 
 
@@ -152,11 +152,10 @@ def judge(home: Home, delta: Delta) -> None:
 
 def keeper(home: Home) -> Keeper:
     """Make the workspace ready; return what commits changes that are no run's."""
-    workspace, domain = home.workspace, home.domain
-    begun = started_on(domain, workspace)
-    held = Held(f"kg/{domain}", begun.files, begun.kg)
-    source = CommitSource("none", "", started)
-    return Keeper(workspace.root, domain, source, held, large=workspace.large)
+    begun = started_on(home.domain, home.workspace)
+    held = Held(f"kg/{home.domain}", begun.files, begun.kg)
+    source, large = CommitSource("none", "", started), home.workspace.large
+    return Keeper(home.workspace.root, home.domain, source, held, large=large)
 
 
 def after(home: Home, delta: Delta) -> Kg:
@@ -168,8 +167,8 @@ def after(home: Home, delta: Delta) -> Kg:
 
 def held_by(home: Home) -> Held:
     """Return a home's files, with the graph that they hold. Raises KnowledgeError."""
-    workspace, domain = home.workspace, home.domain
-    return Held.of(workspace.files(domain), f"kg/{domain}", workspace.large)
+    files = home.workspace.files(home.domain)
+    return Held.of(files, f"kg/{home.domain}", home.workspace.large)
 
 
 def revert(home: Home, revision: str) -> ProposedChange:
@@ -209,11 +208,9 @@ def revert(home: Home, revision: str) -> ProposedChange:
 
 def last_learned(home: Home) -> str | None:
     """Return the newest commit of a person's answers of which something still stands, if any."""
-    for chapter in chapters(home, None):
-        learned = chapter.changes.delta.added
-        if chapter.answers and not learned.isdisjoint(home.facts):
-            return chapter.origin.revision
-    return None
+    learned = (chapter for chapter in chapters(home, None) if chapter.answers)
+    still = (x for x in learned if not x.changes.delta.added.isdisjoint(home.facts))
+    return next((chapter.origin.revision for chapter in still), None)
 
 
 def last_done(home: Home) -> str | None:
@@ -228,10 +225,8 @@ def suggestions(home: Home) -> ProposedChange:
     Raises:
         UsageError: there is no such answer.
     """
-    found: set[Triple] = set()
-    if home.versions is not None:
-        origins = home.versions.origins(home.facts, home.pack)
-        found = {triple for triple, origin in origins.items() if origin.suggestion}
+    origins = home.versions.origins(home.facts, home.pack) if home.versions else {}
+    found = {triple for triple, origin in origins.items() if origin.suggestion}
     if not found:
         raise UsageError(f"no suggestion that was accepted for the {home.domain} is left")
     gone = following(found, Known(home.kg.domain, home.facts))
@@ -293,20 +288,12 @@ def retract(home: Home, name: str, prop: str = "", value: str = "") -> ProposedC
     Raises:
         UsageError: nothing is called so, several things are, or there is no such fact.
     """
-    known = Known(home.kg.domain, home.facts)
-    trailers = (("Source", "retract"),)
-    if prop:
-        taken, text = _fact(home, name, prop, value)
-        gone = following(taken, known)
-        return ProposedChange(Delta(removed=gone), f"retract: {text}", trailers)
-    for taken, text in (_absence(home, name), _alias(home, name)):
-        if taken:
-            gone = following(taken, known)
-            return ProposedChange(Delta(removed=gone), f"retract: {text}", trailers)
-    thing = _thing(home, name)
-    gone = following({t for t in home.facts if t[0] == thing}, known)
-    gone |= {t for t in home.facts if t[2] == thing}
-    return ProposedChange(Delta(removed=frozenset(gone)), f"retract: there is {name}", trailers)
+    taken, text = _absence(home, name) if not prop else _fact(home, name, prop, value)
+    if not taken:
+        thing = _thing(home, name)
+        taken, text = {t for t in home.facts if t[0] == thing}, f"there is {name}"
+    gone = following(taken, Known(home.kg.domain, home.facts))
+    return ProposedChange(Delta(removed=gone), f"retract: {text}", (("Source", "retract"),))
 
 
 def _fact(home: Home, name: str, prop: str, value: str) -> tuple[set[Triple], str]:
@@ -330,18 +317,13 @@ def _fact(home: Home, name: str, prop: str, value: str) -> tuple[set[Triple], st
 
 
 def _absence(home: Home, name: str) -> tuple[set[Triple], str]:
-    """The facts that something is not here or not possible."""
-    absent = (AB.absentItem, AB.absentAction)
-    found = {t for t in home.facts if t[1] in absent and str(t[2]) == normal(name)}
-    return found, f"{normal(name)} is not here"
-
-
-def _alias(home: Home, name: str) -> tuple[set[Triple], str]:
-    """The facts by which something is also called so, unless it is a thing's own name."""
+    """The facts that something is not here or not possible; else those by which something is also
+    called so, unless it is a thing's own name."""
+    called_so = {t for t in home.facts if str(t[2]) == normal(name)}
+    if found := {t for t in called_so if t[1] in (AB.absentItem, AB.absentAction)}:
+        return found, f"{normal(name)} is not here"
     own = {normal(home.kg.name(entity)) for entity in home.kg.find(name)}
-    found = {t for t in home.facts if t[1] == AB.alias and str(t[2]) == normal(name)}
-    if not found or normal(name) in own:
-        return set(), ""
+    found = {t for t in called_so if t[1] == AB.alias and normal(name) not in own}
     text = ", ".join(sorted(home.words.name(t[0]) for t in found))
     return found, f"{normal(name)} is another name for {text}"
 
@@ -354,9 +336,8 @@ def _thing(home: Home, name: str) -> URIRef:
     if not mine:
         if found:
             raise UsageError(f"{name} is described in actions.ttl; edit the file to take it back")
-
-        text = f"nothing is called {name}, and nobody said it is not here"
-        raise UsageError(text + near_it(home.kg, name))
+        near = near_it(home.kg, name)
+        raise UsageError(f"nothing is called {name}, and nobody said it is not here{near}")
     if len(mine) > 1:
         text = ", ".join(f"{home.kg.kind_label(node)} {home.words.name(node)}" for node in mine)
         raise UsageError(f"several things are called {name}: {text}")
@@ -430,10 +411,8 @@ def _matters(delta: Delta, task: Task, plan: str, before: Kg, now: Kg) -> bool:
 
 def _used_unnamed(node: Node, kg: Kg) -> bool:
     """Whether a step may use it though the plan does not name it: an action, a place, a tool."""
-    kinds = kg.domain.kinds.values()
-    prompted = [kind.iri for kind in kinds if kind.prompted]
-    actions = kg.domain.actions.values()
-    return kg.is_a(node, prompted) or any(action.iri == node for action in actions)
+    prompted = [kind.iri for kind in kg.domain.kinds.values() if kind.prompted]
+    return kg.is_a(node, prompted) or any(a.iri == node for a in kg.domain.actions.values())
 
 
 def _verdict(task: Task, plan: str, kg: Kg) -> str:

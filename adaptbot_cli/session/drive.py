@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.core.turns import (
     Act,
     Amend,
@@ -52,6 +53,14 @@ class Ports:
     store: Store
     observers: Sequence[Observer] = ()
     world: World | None = None
+
+
+def without_planner(
+    human: Human, store: Store | None = None, observers: Sequence[Observer] = ()
+) -> Ports:
+    """Return the ports of turns that propose nothing; nothing is kept without a store."""
+    nobody: Any = None
+    return Ports(nobody, human, WordNet(), store or Nowhere(), observers)
 
 
 def drive(turns: Generator[Turn, Any, R], ports: Ports) -> R:

@@ -65,29 +65,25 @@ class Served:
     table: Table
 
     @classmethod
-    def of(cls, home: Home, human: Human) -> "Served | None":
-        """Return a home's graph on the server that settings or environment name, if any does."""
+    def of(cls, home: Home, human: Human) -> "Served":
+        """Return a home's graph on the server that settings or environment name.
+
+        Raises:
+            UsageError: they name none.
+        """
         from adaptbot_cli.adapters.store.endpoint import endpoint_of
         from adaptbot_cli.adapters.store.shared import Shadow, SharedGraph
 
         endpoint = endpoint_of(home.workspace.settings, os.environ)
         if endpoint is None:
-            return None
-        keeper(home)
-        shared = SharedGraph.of(endpoint, home.kg.domain, home.workspace.settings)
-        repo = Repo.open_or_init(home.workspace.root)
-        return cls(home, shared, Shadow.of(repo, shared), Table(human))
-
-    @classmethod
-    def needed(cls, home: Home, human: Human) -> "Served":
-        """The same. Raises UsageError: none is named."""
-        found = cls.of(home, human)
-        if found is None:
             raise UsageError(
                 "no shared graph is configured: set ADAPTBOT_KG_ENDPOINT, or endpoint below [kg] "
                 "in adaptbot.toml (docs/sharing.md)"
             )
-        return found
+        keeper(home)
+        shared = SharedGraph.of(endpoint, home.kg.domain, home.workspace.settings)
+        repo = Repo.open_or_init(home.workspace.root)
+        return cls(home, shared, Shadow.of(repo, shared), Table(human))
 
     # ------------------------------------------------------------------------------------- pull
 
@@ -192,7 +188,8 @@ class Served:
         while misses < TRIES and (delta := self._unsent()):
             if self.shadow.facts:
                 touched = {node for s, _, o in delta.removed | delta.added for node in (s, o)}
-                things = touched & self._things() - {*self.home.kg.domain.kinds}
+                both = self._facts(held_by(self.home)) | self.shadow.facts
+                things = touched & {s for s, _, _ in both} - {*self.home.kg.domain.kinds}
                 fetched = self._merge(self.shared.about(things))
                 if fetched.open:
                     return fetched
@@ -227,10 +224,6 @@ class Served:
         last = sorted(ours ^ known)[:_MOST][-1:]
         now = {t for t in ours ^ known if (t[0],) <= (last[0][0],)} if last else set()
         return Delta(known & now, ours & now)
-
-    def _things(self) -> set[Node]:
-        both = self._facts(held_by(self.home)) | (self.shadow.facts or _NONE)
-        return {s for s, _, _ in both}
 
     def _since(self) -> list[Told]:
         """The answers of the commits that the server does not know, the oldest first; a commit

@@ -7,14 +7,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rdflib import XSD, Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import fact_files, graph_of
 from adaptbot_cli.adapters.store.turtle import engine_term
+from adaptbot_cli.adapters.store.versions import (
+    PACK,
+    UNCOMMITTED,
+    CommitDelta,
+    Versions,
+    facts_of,
+)
 from adaptbot_cli.core import describing, view
 from adaptbot_cli.core.changes import Changes, Words
 from adaptbot_cli.core.kg import Kg
@@ -25,9 +32,6 @@ from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.adapters.store.versions import CommitDelta, Versions
 
 WORKING = "the files"
 """How the version on disk is called, which may hold edits that are not committed."""
@@ -46,18 +50,13 @@ class Home:
         return load(self.workspace, self.domain)
 
     @cached_property
-    def versions(self) -> "Versions | None":
+    def versions(self) -> Versions | None:
         """The versions; None where the workspace holds nothing of the domain yet."""
-        from adaptbot_cli.adapters.store.versions import Versions
-
         self.workspace.folder(self.domain)  # says so if there is no such domain
-        root = self.workspace.root.resolve()
-        kept = any((folder / ".git").exists() for folder in (root, *root.parents))
-        if not kept or not self.workspace.has(self.domain):
-            return None
-        return Versions.of(self.workspace.root, self.domain)
+        repo = Repo.open(self.workspace.root) if self.workspace.has(self.domain) else None
+        return Versions(self.domain, repo) if repo is not None else None
 
-    def needed(self) -> "Versions":
+    def needed(self) -> Versions:
         """Return the versions. Raises KnowledgeError if there are none."""
         if self.versions is None:
             raise KnowledgeError(
@@ -73,15 +72,11 @@ class Home:
     @cached_property
     def facts(self) -> frozenset[Triple]:
         """The single facts of the files as they are now, those about taught actions too."""
-        from adaptbot_cli.adapters.store.versions import facts_of
-
         return facts_of(self._files)
 
     @cached_property
     def _of_actions(self) -> frozenset[Triple]:
         """Those of the files that hold no facts of things."""
-        from adaptbot_cli.adapters.store.versions import facts_of
-
         return facts_of({n: data for n, data in self._files.items() if graph_of(n) is None})
 
     def matching(self, subject: Node | None = None, predicate: Node | None = None) -> set[Triple]:
@@ -102,8 +97,6 @@ class Home:
     @cached_property
     def pack(self) -> frozenset[Triple]:
         """The single facts that the bundled domain came with; none if it is not bundled."""
-        from adaptbot_cli.adapters.store.versions import facts_of
-
         return facts_of(read_files(bundled("kg") / self.domain))
 
     @cached_property
@@ -147,8 +140,6 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     Raises:
         KnowledgeError: there is no such version.
     """
-    from adaptbot_cli.adapters.store.versions import facts_of
-
     versions = home.needed()
     files_a: Mapping[str, bytes]
     last = next(versions.repo.log([versions.folder]), None)
@@ -182,15 +173,12 @@ def chapters(home: Home, name: str | None) -> Iterator[Chapter]:
     versions = home.versions
     if versions is None:
         return
-    if name is None:
-        yield from map(versions.chapter, versions.taught())
-        return
-    if _RUN.match(name):
+    if name is None or _RUN.match(name):
         from adaptbot_cli.session.past_runs import find_run
 
-        run = find_run(home.workspace, name).stem
+        run = find_run(home.workspace, name).stem if name else None
         every = map(versions.chapter, versions.taught())
-        yield from (chapter for chapter in every if Path(chapter.origin.transcript).stem == run)
+        yield from (each for each in every if run in (None, Path(each.origin.transcript).stem))
         return
     wanted = known_as(home, name)
     # What is gone by now is found by the name it had.
@@ -209,7 +197,7 @@ def chapters(home: Home, name: str | None) -> Iterator[Chapter]:
     yield from map(versions.chapter, found)
 
 
-def _triples(taught: "CommitDelta") -> frozenset[Triple]:
+def _triples(taught: CommitDelta) -> frozenset[Triple]:
     delta = taught.changes.delta
     return delta.removed | delta.added
 
@@ -247,8 +235,6 @@ def why(home: Home, name: str, prop: str = "") -> Why:
     Raises:
         UsageError: nothing is called so, or has no such property.
     """
-    from adaptbot_cli.adapters.store.versions import PACK, UNCOMMITTED
-
     wanted = known_as(home, name)
     facts = {t for thing in wanted for t in home.matching(thing)} or _facts_said_of(home, name)
     if not facts and not wanted:
@@ -270,13 +256,9 @@ def why(home: Home, name: str, prop: str = "") -> Why:
             raise UsageError(f"there is no property {prop}; {name} has {_properties(home, wanted)}")
     if home.versions is None:
         return Why(name, {t: PACK if t in home.pack else UNCOMMITTED for t in facts})
-    found = home.versions.origins(facts, home.pack)
-    past = [
-        turn
-        for subject, predicate in (sorted(pairs) if prop else ())
-        for turn in home.versions.history(subject, predicate, home.pack)
-    ]
-    return Why(name, found, past)
+    past = [t for pair in (sorted(pairs) if prop else ())
+            for t in home.versions.history(*pair, home.pack)]  # fmt: skip
+    return Why(name, home.versions.origins(facts, home.pack), past)
 
 
 def _facts_said_of(home: Home, name: str) -> set[Triple]:

@@ -1,10 +1,10 @@
 """The open questions of a workspace: found in its transcripts, answered in one sitting."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.transcript.loading import LeftOver, left_over, read_cut, unfinished
@@ -22,7 +22,7 @@ from adaptbot_cli.session.build import (
     started,
     started_on,
 )
-from adaptbot_cli.session.drive import Nowhere, Ports, drive
+from adaptbot_cli.session.drive import Ports, drive, without_planner
 from adaptbot_cli.session.past_runs import is_own
 from adaptbot_cli.session.sources import EDITS, load, reader
 from adaptbot_cli.workspace import Workspace
@@ -48,8 +48,13 @@ def find_open(workspace: Workspace, domain: str) -> Open:
     runs = left_over(workspace.transcripts, _sittings(workspace))
     words = WordNet()
     found = _open_in(workspace, domain, runs, words)
-    others = {run.domain for run in runs} - {domain}
-    return replace(found, others=dict(_tasks_waiting(workspace, sorted(others), runs, words)))
+    others = dict[str, int]()
+    for other in sorted({run.domain for run in runs} - {domain}):
+        with suppress(UsageError, KnowledgeError):  # one that cannot be read tells nothing
+            there = _open_in(workspace, other, runs, words)
+            if tasks := {task for each in there.pending for task in each.tasks}:
+                others[other] = len(tasks)
+    return replace(found, others=others)
 
 
 def _open_in(workspace: Workspace, domain: str, runs: Sequence[LeftOver], words: Lexicon) -> Open:
@@ -62,32 +67,12 @@ def _open_in(workspace: Workspace, domain: str, runs: Sequence[LeftOver], words:
         for task in reading.tasks:
             plan = run.plans.get(task.name, run.plan if len(reading.tasks) == 1 else "")
             waiting += [Waiting(task, plan, run.unknown)] if plan else []
-    pending = drive(listed(waiting, kg, parser(kg)), _ports(kg, human_of(None, None)))
+    pending = drive(listed(waiting, kg, parser(kg)), without_planner(human_of(None, None)))
     return Open(kg, waiting, pending, [run.path.stem for run in here])
-
-
-def _tasks_waiting(
-    workspace: Workspace, domains: Sequence[str], runs: Sequence[LeftOver], words: Lexicon
-) -> Iterator[tuple[str, int]]:
-    """How many tasks wait in each of some domains; one that cannot be read tells nothing."""
-    for domain in domains:
-        try:
-            found = _open_in(workspace, domain, runs, words)
-        except (UsageError, KnowledgeError):
-            continue
-        tasks = {task for each in found.pending for task in each.tasks}
-        if tasks:
-            yield domain, len(tasks)
 
 
 def _sittings(workspace: Workspace) -> Path:
     return workspace.transcripts / "sittings"
-
-
-def _ports(kg: Kg, human: Human, **more: Any) -> Ports:
-    nobody: Any = None
-    store = more.pop("store", None) or Nowhere()
-    return Ports(nobody, human, WordNet(), store, **more)
 
 
 @contextmanager
@@ -114,7 +99,7 @@ def sit_down(
         "graph": (start.revision or "bundled") + (EDITS if start.edited else ""),
     }
     with recording(path, open_.kg, header) as recorder:
-        yield _ports(open_.kg, human, store=keeper, observers=[*observers, recorder])
+        yield without_planner(human, keeper, [*observers, recorder])
         recorder.ended()
 
 

@@ -48,7 +48,7 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
     library = workspace.library(like) if like else (bundled("starter"),)
     files = settled(workspace.root, lambda: workspace.files(like) if like else read_files(source))
     iri = load_kg(files, str(source)).domain.iri
-    pack = renamed(files, iri, URIRef(iri[: -len(_last(iri))] + name), name)
+    pack = renamed(files, iri, URIRef(iri[: -len(local(iri))] + name), name)
     kg = load_kg(pack, f"kg/{name}")
     written = {f"kg/{name}/{file}": data for file, data in pack.items()}
     for path in library_files(*library):
@@ -81,11 +81,6 @@ def take_over(
     written = {f"kg/{called}/{file}": data for file, data in pack.items()}
     message = f"domain: import {called} from PDDL"  # a file's name is a stranger's text
     return Started(kg, create(workspace.root, written, workspace.own_files(), message))
-
-
-def _last(iri: str) -> str:
-
-    return local(URIRef(iri))
 
 
 def _refuse(workspace: Workspace, name: str) -> None:

@@ -262,15 +262,11 @@ def cut_off(workspace: Workspace, name: str = "") -> Path:
         return open_[0]
     found = find_run(workspace, name)
     if has_end(text_of(found)):
-        raise UsageError(f"{found.stem} has ended: there is nothing to resume; {_listed(open_)}")
+        others = ", ".join(path.stem for path in open_[:5])
+        told = f"cut off: {others}" if others else "none was cut off"
+        raise UsageError(f"{found.stem} has ended: there is nothing to resume; {told}")
     later = next((path for path in open_ if found in chain(path)[:-1]), None)
     return later or found
-
-
-def _listed(paths: list[Path]) -> str:
-    if not paths:
-        return "none was cut off"
-    return f"cut off: {', '.join(path.stem for path in paths[:5])}"
 
 
 def guarded(header: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.core.acts import GOAL_MET
@@ -14,7 +13,7 @@ from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Observer
 from adaptbot_cli.core.tutor import inspect, pursue_each
 from adaptbot_cli.errors import UsageError
-from adaptbot_cli.session.drive import Nowhere, Ports, drive
+from adaptbot_cli.session.drive import Ports, drive, without_planner
 from adaptbot_cli.session.sources import kg_of, reader
 from adaptbot_cli.workspace import Workspace
 
@@ -26,9 +25,7 @@ def check(text: str, task: Task, kg: Kg, repair: bool = True) -> Result:
     """
     from adaptbot_cli.adapters.terminal import AbsentHuman
 
-    nobody: Any = None
-    ports = Ports(nobody, AbsentHuman(), WordNet(), Nowhere())
-    return drive(inspect(task, kg, parser(kg), text, repair), ports)
+    return drive(inspect(task, kg, parser(kg), text, repair), without_planner(AbsentHuman()))
 
 
 def check_request(

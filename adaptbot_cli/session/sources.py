@@ -2,14 +2,20 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+from adaptbot_cli.adapters.lexicon import WordNet
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.git import Repo
+from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
+from adaptbot_cli.adapters.store.versions import Versions
+from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.request import Reading, understand
+from adaptbot_cli.core.robots import acting_as
+from adaptbot_cli.core.words import Lexicon
+from adaptbot_cli.errors import KnowledgeError, UsageError
+from adaptbot_cli.resources import bundled
 from adaptbot_cli.workspace import Workspace
-
-if TYPE_CHECKING:
-    from adaptbot_cli.core.kg import Kg
-    from adaptbot_cli.core.request import Reading
-    from adaptbot_cli.core.words import Lexicon
 
 T = TypeVar("T")
 
@@ -26,7 +32,7 @@ def load(
     facts: Sequence[Path] = (),
     at: str | None = None,
     robot: str = "",
-) -> "Kg":
+) -> Kg:
     """Load a domain's graph: the workspace's or the bundled one.
 
     `facts` are Turtle files to take the facts from instead; `at` is a revision of the workspace;
@@ -37,9 +43,6 @@ def load(
     Raises:
         UsageError, KnowledgeError, PackError: what is asked for is not there or makes no sense.
     """
-    from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-    from adaptbot_cli.core.robots import acting_as
-
     if at is not None:
         workspace.folder(domain)
         return acting_as(load_kg(_files_at(workspace, domain, at), f"kg/{domain} at {at}"), robot)
@@ -56,8 +59,6 @@ def settled(root: Path, read: Callable[[], T]) -> T:
     """
     if not root.is_dir():
         return read()
-    from adaptbot_cli.adapters.store.git import Repo
-
     repo = Repo.open(root)
     if repo is None:
         return read()
@@ -79,23 +80,21 @@ def settled(root: Path, read: Callable[[], T]) -> T:
 
 
 def reader(
-    kg: "Kg",
+    kg: Kg,
     workspace: Workspace,
     requires: Sequence[str] = (),
     without: Sequence[str] = (),
-    lexicon: "Lexicon | None" = None,
-) -> "Callable[[str], Reading]":
+    lexicon: Lexicon | None = None,
+) -> Callable[[str], Reading]:
     """Return what reads requests on a graph, with the names of the plan library's dishes."""
-    from adaptbot_cli.adapters.lexicon import WordNet
     from adaptbot_cli.adapters.planner.library import names_in
-    from adaptbot_cli.core.request import understand
 
     dishes = names_in(*workspace.library(kg.domain.name))
     words = lexicon or WordNet()
     return lambda text: understand(text, kg, words, requires, without, dishes)
 
 
-def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
+def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> Kg:
     """The graph that a transcript was made on: the bundled one, or a revision of the workspace, as
     the robot of its run acts on it.
 
@@ -103,12 +102,6 @@ def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> "Kg":
         UsageError: its domain or robot is none of those there are, or it cannot be played again.
         KnowledgeError: the workspace has no such revision.
     """
-    from adaptbot_cli.adapters.store.files import read_files
-    from adaptbot_cli.adapters.store.reading import load_kg
-    from adaptbot_cli.core.robots import acting_as
-    from adaptbot_cli.errors import UsageError
-    from adaptbot_cli.resources import bundled
-
     domain, graph = str(header.get("domain", "")), str(header.get("graph", "bundled"))
     if graph.endswith(EDITS):
         raise UsageError(f"{path} was made on hand-edited files that were not committed: no replay")
@@ -129,7 +122,7 @@ def robot_of(header: Mapping[str, Any]) -> str:
     return str(header.get("robot") or "")
 
 
-def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tuple["Kg", bool]:
+def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tuple[Kg, bool]:
     """The graph that a transcript was made on, a new one each time, and whether files edited by
     hand, which were no revision, are taken as they are now. Raises as `kg_of` does."""
     edited = str(header.get("graph", "")).endswith(EDITS)
@@ -139,10 +132,6 @@ def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tup
 
 
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
-    from adaptbot_cli.adapters.store.git import Repo
-    from adaptbot_cli.adapters.store.versions import Versions
-    from adaptbot_cli.errors import KnowledgeError
-
     repo = Repo.open(workspace.root) if workspace.exists else None
     if repo is None:
         raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")

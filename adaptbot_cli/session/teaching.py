@@ -7,7 +7,6 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli import bounded
-from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.core.adding import teach_thing
 from adaptbot_cli.core.learning import Lesson, is_absent, safe_name
 from adaptbot_cli.core.names import normal
@@ -18,7 +17,7 @@ from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
 from adaptbot_cli.resources import root_of
 from adaptbot_cli.session.build import human_of, person, stamp
 from adaptbot_cli.session.change import keeper
-from adaptbot_cli.session.drive import Noting, Nowhere, Ports, drive
+from adaptbot_cli.session.drive import Noting, drive, without_planner
 from adaptbot_cli.session.knowledge import Home
 
 if TYPE_CHECKING:
@@ -60,8 +59,7 @@ def teach(
             "that back first"
         )
     human = _human(answers, prompts, agreed or dry_run)
-    store = Nowhere() if dry_run else keeper(home)
-    nobody: Any = None
+    store = None if dry_run else keeper(home)
     given: dict[str, dict[str, str]] = {}
 
     def note(turn: Turn, reply: Any) -> None:
@@ -69,7 +67,7 @@ def teach(
             question = turn.question
             given.setdefault(question.about, {})[question.prop or question.kind] = reply.value
 
-    ports = Ports(nobody, human, WordNet(), store, [Noting(note)])
+    ports = without_planner(human, store, [Noting(note)])
     try:
         return Added(*drive(teach_thing(name, home.kg, parser(home.kg)), ports))
     except (KeyboardInterrupt, KnowledgeError) as stopped:

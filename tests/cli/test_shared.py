@@ -98,9 +98,7 @@ def known(root: Path) -> Known:
 
 
 def served(root: Path, **answers: dict[str, object]) -> Served:
-    return Served.needed(
-        known(root), AnswersHuman(dict(answers), "ann") if answers else AbsentHuman()
-    )
+    return Served.of(known(root), AnswersHuman(dict(answers), "ann") if answers else AbsentHuman())
 
 
 def change(root: Path, text: str) -> None:

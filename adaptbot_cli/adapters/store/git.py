@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime, timedelta, timezone
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -439,21 +439,16 @@ class Repo:
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Give what keeps, or may keep, a commit from being made, each with what to do."""
-        try:
-            self._refuse_signing()
-            self._refuse_conflicts({})
-        except KnowledgeError as error:
-            yield str(error), "see there"
-        data = files.read(self._gitdir, _INTENT)
-        if data is not None:
+        for check in (self._refuse_signing, partial(self._refuse_conflicts, {}), self._intent):
             try:
-                intent = Intent.loads(data)
+                check()
+            except KnowledgeError as error:
+                yield str(error), "see there"
+        with suppress(KnowledgeError):
+            if intent := self._intent():
                 text = f"a commit of {len(intent.new)} files was interrupted"
                 there = intent.commit in self.libgit2
                 yield text, f"the next command {'finishes' if there else 'undoes'} it"
-            except ValueError:
-                at = self._gitdir / _INTENT
-                yield f"{at} is damaged", "compare the files with `git status`, then remove it"
         for lock in (self._gitdir / "index.lock", self._branch()[1].with_suffix(".lock")):
             if lock.exists():
                 yield f"{lock} is there", "if no git process is at work, remove it"
@@ -614,19 +609,9 @@ class Repo:
             self._free(held, at)
         for name in ("index", "index.lock", files.beside("intent.json")):
             (self._gitdir / "adaptbot" / name).unlink(missing_ok=True)
-        data = files.read(self._gitdir, _INTENT)
-        if data is None:
+        intent = self._intent()
+        if intent is None:
             return
-        try:
-            intent = Intent.loads(data)
-            for name in intent.new:
-                self._name(name)
-        except ValueError as error:
-            raise KnowledgeError(
-                f"{self._gitdir / 'adaptbot' / 'intent.json'}, the record of an interrupted "
-                f"commit, is damaged. Compare the files of {self.root} with `git status` and "
-                "`git diff`, mend them if need be, then remove that record."
-            ) from error
         with _error_messages(self.top), ExitStack() as locks:
             index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
             branch = locks.enter_context(self._git_lock("branch", path))
@@ -649,6 +634,21 @@ class Repo:
             self._back(intent, index)
         if again:
             self.commit(*again)
+
+    def _intent(self) -> Intent | None:
+        """The commit that was interrupted, if one was."""
+        data = files.read(self._gitdir, _INTENT)
+        try:
+            intent = None if data is None else Intent.loads(data)
+            for name in intent.new if intent else ():
+                self._name(name)
+        except ValueError as error:
+            raise KnowledgeError(
+                f"{self._gitdir / _INTENT}, the record of an interrupted commit, is damaged. "
+                f"Compare the files of {self.root} with `git status` and `git diff`, mend them if "
+                "need be, then remove that record."
+            ) from error
+        return intent
 
     def _again(self, intent: Intent, head: str | None) -> "tuple[Any, ...] | None":
         """What to commit anew, if somebody else has committed other files meanwhile."""

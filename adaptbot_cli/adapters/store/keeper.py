@@ -4,7 +4,6 @@ Hand edits of a domain's files are committed first, as a commit of their own, so
 never mix with them. Edits with faults of their own are left out of both, for their author to mend.
 """
 
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -43,8 +42,6 @@ from adaptbot_cli.core.validate import faults, new_faults
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 _ACTIONS = "actions.ttl"
-_COMMENTS = re.compile(r"^(?:[ \t]*#[^\n]*(?:\n|\Z))++", re.MULTILINE)
-_BEHIND = re.compile(r"[^\s.][ \t]+#")
 _TYPE, _LABEL, _OWN = RDF.type, RDFS.label, str(AB)
 PlanFile = Callable[[Lesson, str, str], tuple[str, bytes]]
 """Returns the name and the content of the file of a plan that is to be kept, from the lesson that
@@ -435,14 +432,10 @@ def _notes(repo: Repo, found: Mapping[str, bytes]) -> Iterator[str]:
 
 
 def _has_inner_comments(data: bytes) -> bool:
-    """Whether a comment stands inside an entry; of most files it is seen at once that none does."""
+    """Whether a comment stands inside an entry."""
     if not any(mark in data for mark in (b"\n#", b" #", b"\t#")):
         return False
     text = data.decode("utf-8", "replace")
-    starts = (match.start() for match in _COMMENTS.finditer(text))
-    ends = (text[max(0, start - 99) : start].rstrip()[-1:] for start in starts)
-    if not _BEHIND.search(text) and all(end in ("", ".") for end in ends):
-        return False
     return any(
         "#" in text[place.start : place.end]
         and any(

@@ -96,7 +96,7 @@ def _served(place: Place, answers: Path | None) -> "Served":
 
     home = place.home()
     note_ignored(home.workspace)
-    return Served.needed(home, human_of(answers, terminal()))
+    return Served.of(home, human_of(answers, terminal()))
 
 
 def _exchanged(came: "Exchange", json: bool) -> int:
