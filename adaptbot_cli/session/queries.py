@@ -89,9 +89,9 @@ def imported(home: Home, files: Sequence[Path], replace: bool) -> tuple[Parcel, 
     Raises:
         KnowledgeError: a file cannot be read, or is not valid.
     """
-    given = read_graph(files)
+    given, prefixes = read_graph(files)
     base = frozenset({*home.kg.graph(ATTRIBUTES), *home.kg.graph(STATES)})
-    parcel = accept(given.triples, home.kg.domain, frozenset() if replace else base, given.prefixes)
+    parcel = accept(given, home.kg.domain, frozenset() if replace else base, prefixes)
     delta = replaced(parcel, base) if replace else merged(parcel, home.kg.domain, base)
     names = ", ".join(path.name for path in files)
     notes = _unmet(home, delta) if delta else ()

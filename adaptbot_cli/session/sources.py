@@ -57,22 +57,16 @@ def settled(root: Path, read: Callable[[], T]) -> T:
     What a kill has interrupted is finished or undone first; a workspace that may not be written is
     read as it is. Takes no lock unless a writer is at work or was. Raises what `read` raises.
     """
-    if not root.is_dir():
-        return read()
-    repo = Repo.open(root)
+    repo = Repo.open(root) if root.is_dir() else None
     if repo is None:
         return read()
     for _ in range(_TRIES):
         before = repo.generation()
-        if not repo.interrupted():
-            found = read()
-            if not repo.interrupted() and repo.generation() == before:
-                return found
-        elif not repo.may_write():
-            return read()
-        else:
-            with repo.writing():
-                pass
+        if repo.interrupted():
+            break
+        found = read()
+        if not repo.interrupted() and repo.generation() == before:
+            return found
     if not repo.may_write():
         return read()
     with repo.writing():

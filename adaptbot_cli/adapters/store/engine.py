@@ -31,16 +31,9 @@ _BY_SUFFIX = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class ParsedFiles:
-    """The triples of some files, and the prefixes that they declare."""
-
-    triples: tuple[Triple, ...]
-    prefixes: Mapping[str, str]
-
-
-def read_graph(paths: Sequence[Path]) -> ParsedFiles:
-    """Read graphs from files: Turtle, or what the name's ending says.
+def read_graph(paths: Sequence[Path]) -> tuple[list[Triple], dict[str, str]]:
+    """Read graphs from files: Turtle, or what the name's ending says; return their triples, and
+    the prefixes that they declare.
 
     Raises:
         KnowledgeError: one cannot be read or is not valid; the message names it and the line.
@@ -55,7 +48,7 @@ def read_graph(paths: Sequence[Path]) -> ParsedFiles:
             parser = pyoxigraph.parse(data.removeprefix(BOM.encode()), format=form)
             triples += [triple_of(quad.triple) for quad in parser]
             prefixes |= parser.prefixes
-    return ParsedFiles(tuple(triples), prefixes)
+    return triples, prefixes
 
 
 def write_graph(triples: Iterable[Triple], form: str, prefixes: Mapping[str, str]) -> bytes:
@@ -122,7 +115,7 @@ def ask(store: pyoxigraph.Store, query: str, prefixes: Mapping[str, str]) -> Ans
             return Answered(truth=bool(found), json=reply)
         again: Any = pyoxigraph.parse_query_results(reply, form)
         names = tuple(variable.value for variable in again.variables)
-        rows = tuple(tuple(_value(value) for value in row) for row in again)
+        rows = tuple(tuple(v and node_of(v) for v in row) for row in again)
         return Answered(names, rows, json=reply)
     except (SyntaxError, ValueError, OSError) as error:
         raise _invalid(error, query, prefixes) from error
@@ -159,10 +152,6 @@ def update(
 
 def _asked(store: pyoxigraph.Store, query: str, prefixes: Mapping[str, str]) -> Any:
     return store.query(query, prefixes=dict(prefixes), use_default_graph_as_union=True)
-
-
-def _value(value: Any) -> Node | None:
-    return None if value is None else node_of(value)
 
 
 def _invalid(error: Exception, text: str, prefixes: Mapping[str, str]) -> UsageError:

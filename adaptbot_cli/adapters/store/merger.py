@@ -6,7 +6,6 @@ person teaches here.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import reduce
 from pathlib import PurePosixPath
 
 from adaptbot_cli.adapters.store.git import Repo
@@ -84,7 +83,7 @@ class Merger:
             found |= {f"kg/{domain}/{name}": data for name, data in merged.items()}
         for path in sorted({*ours, *theirs} - found.keys()):
             if not _domain(path):
-                found[path] = self._by_lines(path, base, ours, theirs)
+                found[path] = self._file(path, base, ours, theirs)
         return {p: d for p, d in found.items() if d != self._read(ours.get(p))}
 
     def _merged_domain(
@@ -103,7 +102,7 @@ class Merger:
             if self._one_base and self._files(domain, side) == self._files(domain, base):
                 return {**dict.fromkeys(mine), **its}
         texts = {
-            name: self._text(f"{where}/{name}", base, ours, theirs)
+            name: self._file(f"{where}/{name}", base, ours, theirs)
             for name in sorted({*mine, *other})
             if graph_of(name) is None
         }
@@ -140,58 +139,48 @@ class Merger:
         self._refuse(faults_of(Held.of(files, ours.where), ours))
         return files
 
-    def _text(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
-        """A file of the pack in the merge, but for its single facts; None if it is gone."""
-        sides = [self._read(side.get(path)) for side in (base, ours, theirs)]
-        name = path.partition("/")[2].partition("/")[2]
+    def _file(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
+        """A file in the merge, None if it is gone: the side that has changed it, else as git would
+        merge it. Of a pack's single facts are no change; one that is no domain's stays as ours
+        where git could not merge it.
+        """
+        blobs = [side.get(path) for side in (base, ours, theirs)]
+        is_pack, name = _domain(path), PurePosixPath(path).name
         before, mine, other = (
-            read(data, name, path).entries if data is not None else None for data in sides
+            read(self.repo.blob(blob), name, path).entries if is_pack and blob else blob
+            for blob in blobs
         )
         if other in (before, mine):
-            return sides[1]
+            return self._read(blobs[1])
         if mine == before:
-            return sides[2]
-        merged = self.repo.merged(*(side.get(path) for side in (base, ours, theirs)))
-        if merged is None:
+            return self._read(blobs[2])
+        merged = self.repo.merged(*blobs) if is_pack or (mine and other) else None
+        if merged is None and is_pack:
             raise KnowledgeError(
                 f"{path} was changed here and at {self.name} in the same lines; merge that file "
                 f"with git: `git -C {self.repo.root} merge {self.theirs[:10]}`."
             )
-        return merged
-
-    def _by_lines(self, path: str, base: Tree, ours: Tree, theirs: Tree) -> bytes | None:
-        """A file that is no domain's, as git would merge it; ours where it could not."""
-        before, mine, other = (side.get(path) for side in (base, ours, theirs))
-        if other in (before, mine):
-            return self._read(mine)
-        if mine == before:
-            return self._read(other)
-        merged = self.repo.merged(before, mine, other) if mine and other else None
         if merged is None:
             self.notes.append(f"{path} differs at {self.name} and stays as it is here")
-            return self._read(mine)
+            return self._read(blobs[1])
         return merged
 
     def _base(self, domain: str, one: str | None, other: str) -> Facts:
         """What two commits have in common of a domain's facts: those of the last common commit, of
         several such merged; without one what both began with."""
         bases = self.repo.bases(one, other) if one else []
-        if bases:
-            whole = reduce(lambda a, b: self._joined(domain, a, b), map(_Point, bases))
-            return whole.facts if whole.facts is not None else self._facts_at(domain, bases[0])
-        first = (self._first(domain, head) for head in (one, other) if head)
-        return frozenset.intersection(*first)
+        if not bases:
+            first = (self._first(domain, head) for head in (one, other) if head)
+            return frozenset.intersection(*first)
+        last, found = bases[0], self._facts_at(domain, bases[0])
+        for each in bases[1:]:
+            common = self._base(domain, last, each)
+            last, found = each, Merge(common, found, self._facts_at(domain, each)).facts
+        return found
 
     def _first(self, domain: str, head: str) -> Facts:
         commits = [commit.sha for commit in self.repo.log([f"kg/{domain}"], head=head)]
         return self._facts_at(domain, commits[-1])
-
-    def _joined(self, domain: str, one: "_Point", other: "_Point") -> "_Point":
-        mine, theirs = (
-            self._facts_at(domain, p.sha) if p.facts is None else p.facts for p in (one, other)
-        )
-        merge = Merge(self._base(domain, one.sha, other.sha), mine, theirs)
-        return _Point(other.sha, merge.facts)
 
     def _facts_at(self, domain: str, sha: str) -> Facts:
         return _facts(self._files(domain, self._tree(sha)))
@@ -247,14 +236,6 @@ def agreed(
         new = of_faults(start.new_faults(delta, start.after(delta)), merge)
         if not new:
             return facts
-
-
-@dataclass(frozen=True, slots=True)
-class _Point:
-    """A commit, or several that were merged to it, with their facts then."""
-
-    sha: str
-    facts: Facts | None = None
 
 
 def _delta(held: Held, facts: Facts) -> Delta:
