@@ -50,7 +50,7 @@ class Fetched:
 
 @dataclass(slots=True)
 class SharedGraph:
-    """The graph of a domain on a server; `calls` counts the round trips.
+    """The graph of a domain on a server.
 
     Methods raise KnowledgeError: the server cannot be used, or answers in part only.
     """
@@ -58,7 +58,6 @@ class SharedGraph:
     endpoint: Endpoint
     domain: Domain
     graphs: Mapping[str, str]
-    calls: int = 0
 
     @classmethod
     def of(cls, endpoint: Endpoint, domain: Domain, settings: Mapping[str, Any]) -> "SharedGraph":
@@ -88,15 +87,15 @@ class SharedGraph:
         rows: list[tuple[Any, ...]] = []
         named = {Literal(name) for name in names}
         naming = (AB.alias, AB.absentItem, *self.domain.name_properties())
-        parts = [
-            f"{{ VALUES ?np {{ {_terms(naming)} }} VALUES ?n {{ {_terms(named)} }} ?s ?np ?n }}"
-            if named
-            else "",
-            f"{{ VALUES ?k {{ {_terms(kinds)} }} ?s a ?k }}" if kinds else "",
-        ]
+        parts = []
+        if named:
+            values = f"VALUES ?np {{ {_terms(naming)} }} VALUES ?n {{ {_terms(named)} }}"
+            parts.append(f"{{ {values} ?s ?np ?n }}")
+        if kinds := list(kinds):
+            parts.append(f"{{ VALUES ?k {{ {_terms(kinds)} }} ?s a ?k }}")
         scope = set(open_)
-        if any(parts):
-            where = " UNION ".join(filter(None, parts))
+        if parts:
+            where = " UNION ".join(parts)
             rows += self._ask(f"SELECT DISTINCT ?s ?p ?o WHERE {{ {where} ?s ?p ?o }}")
             scope |= {node_of(row[0]) for row in rows}
             open_ |= self._places(rows) - scope
@@ -120,7 +119,6 @@ class SharedGraph:
         return found - set(self.domain.kinds)
 
     def _ask(self, query: str) -> list[tuple[Any, ...]]:
-        self.calls += 1
         found = self.endpoint.ask(query, (self.graphs["attributes"], self.graphs["state"]))
         if not isinstance(found, list):
             raise KnowledgeError("the shared graph answers a SELECT with yes or no")
@@ -153,7 +151,6 @@ class SharedGraph:
         things = {s for s, _, _ in delta.removed | delta.added}
         if not things:
             return []
-        self.calls += 1
         rows = self.endpoint.ask(
             f"SELECT DISTINCT ?at ?text WHERE {{ GRAPH <{self.graphs['log']}> {{ "
             f"VALUES ?s {{ {_terms(list(things)[:_MANY])} }} "
@@ -178,7 +175,6 @@ class SharedGraph:
         }
         log = f"GRAPH <{self.graphs['log']}>"
         added = f"{self._graphs(delta.added)} {log} {{ {_lines(found)} }}"
-        self.calls += 2
         self.endpoint.update(
             f"DELETE {{ {self._graphs(delta.removed)} }} INSERT {{ {added} }} "
             f"WHERE {{ {self._guard(delta, expected)} }}"

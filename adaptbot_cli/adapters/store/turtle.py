@@ -175,11 +175,13 @@ def blaming(path: object, what: str = "Turtle") -> Iterator[None]:
 class Writer:
     """Writes terms with prefixes; `used` collects those of `spare` that have to be declared."""
 
-    def __init__(self, prefixes: Mapping[str, str], newline: str = "\n") -> None:
+    def __init__(
+        self, prefixes: Mapping[str, str], newline: str = "\n", used: set[str] | None = None
+    ) -> None:
         """Write with these prefixes, and with the known ones whose names are free."""
         self.prefixes = dict(prefixes)
         self.spare = {n: space for n, space in KNOWN_PREFIXES.items() if n not in prefixes}
-        self.used: set[str] = set()
+        self.used = set() if used is None else used
         self.newline = newline
 
     def term(self, term: Any) -> str:
@@ -258,11 +260,10 @@ def declaration(name: str, namespace: str) -> str:
     return f"@prefix {name}: <{_engine_iri(namespace).value}> ."
 
 
-def serialize(triples: Iterable[Triple], prefixes: Mapping[str, str], header: str = "") -> str:
+def serialize(triples: Iterable[Triple], prefixes: Mapping[str, str]) -> str:
     """Write a graph as a document that depends on the graph alone.
 
-    All prefixes are declared. `header` becomes comment lines at the top. Blank nodes get canonical
-    labels (RDFC-1.0).
+    All prefixes are declared. Blank nodes get canonical labels (RDFC-1.0).
 
     Raises:
         KnowledgeError: a term or a prefix that Turtle cannot write.
@@ -277,9 +278,8 @@ def serialize(triples: Iterable[Triple], prefixes: Mapping[str, str], header: st
         (writer.term(subject), writer.block(subject, about[subject])) for subject in about
     )
     declared = {**prefixes, **{name: KNOWN_PREFIXES[name] for name in writer.used}}
-    top = [line if line.startswith("#") else f"# {line}".rstrip() for line in header.splitlines()]
     lines = [declaration(name, declared[name]) for name in sorted(declared)]
-    parts = ["\n".join(top), "\n".join(lines), *(block for _, block in blocks)]
+    parts = ["\n".join(lines), *(block for _, block in blocks)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -301,15 +301,14 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
     scope = _Scope()
     found: dict[Any, list[tuple[Statement, _Scope]]] = {}
     order: list[Statement] = []
-    head_end = body_start = None
+    head_end, blocks = 0, False
     for place in statements(body):
         if place.directive:
             scope = scope.declare(body[place.start : place.end])
-            head_end = place.end if body_start is None else head_end
-            if body_start is not None:
-                order.clear()  # what a name means depends on the place: new blocks at the end
+            head_end = head_end if blocks else place.end
+            order.clear()  # what a name means depends on the place: new blocks at the end
             continue
-        body_start = place.start if body_start is None else body_start
+        blocks = True
         order.append(place)
         subject = scope.iri(place.head)
         if subject in gone or subject in new:
@@ -321,7 +320,7 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         edits += _edits(
             body, found.get(subject, []), subject, gone, new, newline, used, dropped, path
         )
-    fresh = Writer(scope.prefixes, newline)
+    fresh = Writer(scope.prefixes, newline, used)
     places = [place for place in order if place.start not in dropped]
     heads = [place.head for place in places]
     sorted_ = all(a <= b for a, b in pairwise(heads))
@@ -336,12 +335,10 @@ def rewrite(text: str, removed: Iterable[Triple], added: Iterable[Triple], path:
         else:
             gap = "" if not body else newline if body.endswith("\n") else newline * 2
             edits.append((len(body), len(body), f"{gap}{block}{newline}"))
-    used |= fresh.used
     if used:
         lines = newline.join(declaration(name, KNOWN_PREFIXES[name]) for name in sorted(used))
-        at = head_end if head_end is not None else 0
-        message = f"{newline}{lines}" if head_end is not None else f"{lines}{newline * 2}"
-        edits.insert(0, (at, at, message))
+        edits.insert(0, (head_end, head_end, f"{newline}{lines}" if head_end else
+                         f"{lines}{newline * 2}"))  # fmt: skip
     # Of those at one place the first of the list comes first.
     parts, at = [text[: len(text) - len(body)]], 0
     for start, end, now in sorted(edits, key=lambda edit: edit[:2]):
@@ -364,22 +361,22 @@ def _edits(
     path: str,
 ) -> Iterator[tuple[int, int, str]]:
     """The edits of the blocks of one subject."""
-    drop = {_key(triple) for triple in gone.get(subject, ())}
     record = {
         place: parsed(f"{scope.text}\n{body[place.start : place.end]}", path)
         for place, scope in places
     }
     known = {_key(triple) for triples in record.values() for triple in triples}
-    fresh = [triple for triple in new.get(subject, ()) if _key(triple) not in known]
-    fresh_keys = {_key(triple) for triple in new.get(subject, ())}
+    wanted = {_key(triple): triple for triple in new.get(subject, ())}
+    fresh = [triple for key, triple in wanted.items() if key not in known]
+    drop = {_key(triple) for triple in gone.get(subject, ())} - wanted.keys()
     for number, (place, scope) in enumerate(places, start=1):
         triples = record[place]
-        left = [t for t in triples if _key(t) not in drop or _key(t) in fresh_keys]
+        left = [t for t in triples if _key(t) not in drop]
         nested = any(isinstance(t.subject, BlankNode) for t in triples)
         more = fresh if number == len(places) else []
         if len(left) == len(triples) and not more:
             continue
-        writer = Writer(scope.prefixes, newline)
+        writer = Writer(scope.prefixes, newline, used)
         if nested and len(left) == len(triples):
             # What is said with blank nodes stays as it was written; what is new follows it.
             yield place.end, place.end, newline + writer.block(subject, more)
@@ -392,7 +389,6 @@ def _edits(
         else:
             dropped.add(place.start)
             yield (*_whole_lines(body, place), "")
-        used |= writer.used
 
 
 def _whole_lines(body: str, place: Statement) -> tuple[int, int]:

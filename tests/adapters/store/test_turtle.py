@@ -78,7 +78,8 @@ def documents(draw: st.DrawFn) -> str:
     """Make documents: canonical ones, and a mix of hand-written statements."""
     graph = draw(graphs)
     if draw(st.booleans()):
-        return serialize(graph, PREFIXES, draw(st.sampled_from(["", "A header.\n\nMore."])))
+        top = draw(st.sampled_from(["", "# A header.\n#\n# More.\n\n"]))
+        return top + serialize(graph, PREFIXES)
     chunks = draw(st.lists(st.sampled_from(CHUNKS), max_size=6))
     joint = draw(st.sampled_from(["\n", "\n\n", " ", "\n# a comment: \"it's . ; <\n"]))
     text = HEAD + joint.join(chunks) + draw(st.sampled_from(["", "\n", " # end"]))
