@@ -95,7 +95,7 @@ class Served:
         Raises:
             KnowledgeError: the server cannot be used; nothing has changed then.
         """
-        if everything or not self.shadow.seen:
+        if everything or self.shadow.facts is None:
             return self._merge(self.shared.everything())
         named = sorted({name for text in texts for name in _named(text)})
         kg = self.home.kg
@@ -178,40 +178,32 @@ class Served:
         Raises:
             KnowledgeError: the server cannot be used; what was learned stays in the workspace.
         """
-        came = Delta()
-        if not self.shadow.seen:
-            first = self.pull(everything=True)
-            if first.open:
-                return first
-            came = first.came
-        sent, misses = Delta(), 0
-        while misses < TRIES and (delta := self._unsent()):
-            if self.shadow.facts:
+        came, sent, misses = Delta(), Delta(), 0
+        while misses < TRIES:
+            delta = self._unsent()
+            if not self.shadow.facts:
+                fetched = self.pull(everything=True)
+            else:
                 touched = {node for s, _, o in delta.removed | delta.added for node in (s, o)}
                 both = self._facts(held_by(self.home)) | self.shadow.facts
                 things = touched & {s for s, _, _ in both} - {*self.home.kg.domain.kinds}
-                fetched = self._merge(self.shared.about(things))
-                if fetched.open:
-                    return fetched
-                came = net([came, fetched.came])
-                delta = self._unsent()
+                fetched = self._merge(self.shared.about(things)) if delta else Exchange()
+            if fetched.open:
+                return fetched
+            came, delta = net([came, fetched.came]), self._unsent()
             if not delta:
-                break
+                if sent:
+                    known = self.shadow.facts or _NONE
+                    self.shadow.keep(self.shared, known, self.shadow.repo.head())
+                return Exchange(came, sent)
             known = self.shadow.facts or _NONE
             if self.shared.write(delta, known, of_answers(_last(self._since(), delta))):
-                self.shadow.keep(
-                    self.shared, (known - delta.removed) | delta.added, self.shadow.head
-                )
+                known = (known - delta.removed) | delta.added
+                self.shadow.keep(self.shared, known, self.shadow.head)
                 sent = net([sent, delta])
             else:
                 misses += 1
                 time.sleep(random.uniform(0, 0.05 * misses))
-                if not known and (again := self.pull(everything=True)).open:
-                    return again
-        if misses < TRIES:
-            if sent:
-                self.shadow.keep(self.shared, self.shadow.facts or _NONE, self.shadow.repo.head())
-            return Exchange(came, sent)
         raise KnowledgeError(
             "the shared graph has changed each time before this could be sent; it is committed in "
             "the workspace: adaptbot kg push sends it"

@@ -13,7 +13,7 @@ from adaptbot_cli.core.turns import Checked, Executed, Turn
 from adaptbot_cli.session.drive import Noting
 from adaptbot_cli.session.packs import PDDL_FILES
 from adaptbot_cli.session.replay import check_request, replay
-from adaptbot_cli.session.sources import kg_again
+from adaptbot_cli.session.sources import kg_of
 from adaptbot_cli.workspace import Workspace
 
 
@@ -43,7 +43,7 @@ def export_run(path: Path, workspace: Workspace, form: str) -> Exported:
         ReplayError: it no longer tells the same story.
         KnowledgeError: a PDDL file of the pack cannot be read.
     """
-    kg, _ = kg_again(read(path)[0], path, workspace)
+    kg = kg_of(read(path)[0], path, workspace, edited=True)
     plans: dict[object, tuple[Report, Outcome | None]] = {}
 
     def note(turn: Turn, reply: object) -> None:

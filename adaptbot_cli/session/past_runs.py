@@ -29,7 +29,7 @@ from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.session.drive import Noting
 from adaptbot_cli.session.replay import replay
-from adaptbot_cli.session.sources import kg_again, robot_of
+from adaptbot_cli.session.sources import is_edited, kg_of, robot_of
 from adaptbot_cli.workspace import Workspace
 
 
@@ -199,9 +199,9 @@ def retrace(path: Path, workspace: Workspace) -> Progress:
     """
     header, turns = read(path)
     # Hand-edited files were no revision; if they are as they were, the replay shows it.
-    kg, edited = kg_again(header, path, workspace)
+    kg = kg_of(header, path, workspace, edited=True)
     last: list[tuple[Report, Outcome | None]] = []
-    notes = [_EDITED] if edited else []
+    notes = [_EDITED] if is_edited(header) else []
 
     def note(turn: Turn, reply: object) -> None:
         if isinstance(turn, Checked | Executed):
@@ -217,7 +217,7 @@ def retrace(path: Path, workspace: Workspace) -> Progress:
         raise UsageError(f"{path} ended before there was a plan: nothing has a way yet")
     [(report, outcome)] = last
     if any(step.done for step in report.steps):
-        kg, _ = kg_again(header, path, workspace)  # the state before the robot acted
+        kg = kg_of(header, path, workspace, edited=True)  # the state before the robot acted
     return replace(progress(report, outcome, kg), note="; ".join(notes))
 
 

@@ -88,41 +88,40 @@ def reader(
     return lambda text: understand(text, kg, words, requires, without, dishes)
 
 
-def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace) -> Kg:
-    """The graph that a transcript was made on: the bundled one, or a revision of the workspace, as
-    the robot of its run acts on it.
+def kg_of(header: Mapping[str, Any], path: Path, workspace: Workspace, edited: bool = False) -> Kg:
+    """Return the graph that a transcript was made on, a new one each time: the bundled one, or a
+    revision of the workspace, as the robot of its run acts on it. With `edited`, files edited by
+    hand, which were no revision, are taken as they are now.
 
     Raises:
         UsageError: its domain or robot is none of those there are, or it cannot be played again.
         KnowledgeError: the workspace has no such revision.
     """
     domain, graph = str(header.get("domain", "")), str(header.get("graph", "bundled"))
-    if graph.endswith(EDITS):
+    if is_edited(header) and edited:
+        return load(workspace, domain, robot=robot_of(header))
+    if is_edited(header):
         raise UsageError(f"{path} was made on hand-edited files that were not committed: no replay")
     if domain not in workspace.domains():  # never a path: a transcript may be a stranger's
         known = ", ".join(workspace.domains())
         raise UsageError(f'{path}: there is no domain "{domain}"; there is {known}')
+    where = f"kg/{domain} at {graph[:10]}"
     if graph == "bundled":
-        folder = bundled("kg") / domain
+        folder, where = bundled("kg") / domain, f"kg/{domain}"
         if not (folder / "domain.ttl").is_file():
             raise UsageError(f'{path}: there is no bundled domain "{domain}"')
-        return acting_as(load_kg(read_files(folder), f"kg/{domain}"), robot_of(header))
-    files = _files_at(workspace, domain, graph)
-    return acting_as(load_kg(files, f"kg/{domain} at {graph[:10]}"), robot_of(header))
+    files = read_files(folder) if graph == "bundled" else _files_at(workspace, domain, graph)
+    return acting_as(load_kg(files, where), robot_of(header))
+
+
+def is_edited(header: Mapping[str, Any]) -> bool:
+    """Tell whether a transcript was made on files edited by hand and not committed."""
+    return str(header.get("graph", "")).endswith(EDITS)
 
 
 def robot_of(header: Mapping[str, Any]) -> str:
     """Return which robot acted in a transcript's run, "" if it was the domain's own."""
     return str(header.get("robot") or "")
-
-
-def kg_again(header: Mapping[str, Any], path: Path, workspace: Workspace) -> tuple[Kg, bool]:
-    """The graph that a transcript was made on, a new one each time, and whether files edited by
-    hand, which were no revision, are taken as they are now. Raises as `kg_of` does."""
-    edited = str(header.get("graph", "")).endswith(EDITS)
-    if edited:
-        return load(workspace, str(header.get("domain", "")), robot=robot_of(header)), True
-    return kg_of(header, path, workspace), False
 
 
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:

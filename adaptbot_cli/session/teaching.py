@@ -15,7 +15,7 @@ from adaptbot_cli.core.questions import STOP
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
 from adaptbot_cli.resources import root_of
-from adaptbot_cli.session.build import human_of, person, stamp
+from adaptbot_cli.session.build import human_of, person
 from adaptbot_cli.session.change import keeper
 from adaptbot_cli.session.drive import Noting, drive, without_planner
 from adaptbot_cli.session.knowledge import Home
@@ -81,18 +81,16 @@ def teach(
 
 def _human(answers: Path | None, prompts: "Console | None", agreed: bool) -> Human:
     from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
-    from adaptbot_cli.adapters.terminal import TerminalHuman
 
     if answers is not None and agreed:
         return human_of(answers, None)
     if prompts is None:
         wanted = "--yes, or --dry-run" if answers else "--answers FILE"
         raise UsageError(f"there is no terminal to ask at: say {wanted}")
-    terminal = TerminalHuman(prompts, person(), stamp)
+    terminal = human_of(None, prompts)
     if answers is None:
         return terminal
-    record, path = read_answers(answers), str(answers)
-    return AnswersHuman(record, person(), path, reviewer=terminal.review)
+    return AnswersHuman(read_answers(answers), person(), str(answers), reviewer=terminal.review)
 
 
 def _save(home: Home, name: str, given: dict[str, dict[str, str]]) -> Path | None:

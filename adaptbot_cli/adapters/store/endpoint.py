@@ -7,7 +7,7 @@ is followed. Terms are written by the engine, never pasted.
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any, Final
 from urllib.parse import urlsplit
 
@@ -82,10 +82,10 @@ class Endpoint:
             raise self._unlike(url, f"it answers {answer.status_code}: {text}")
         return bytes(body)
 
-    def _auth(self) -> "httpx.Auth | None":
+    def _auth(self) -> Any:
         user, password = self.environ.get(USER), self.environ.get(PASSWORD)
         if token := self.environ.get(TOKEN):
-            return _Given(f"Bearer {token}")
+            return partial(_with_token, token)
         return _Asked(user, password) if user and password else None
 
     def _unlike(self, url: str, text: str) -> KnowledgeError:
@@ -97,13 +97,9 @@ def _client() -> httpx.Client:
     return httpx.Client(timeout=_SECONDS, follow_redirects=False)
 
 
-class _Given(httpx.Auth):
-    def __init__(self, value: str) -> None:
-        self._value = value
-
-    def auth_flow(self, request: httpx.Request) -> Any:
-        request.headers["Authorization"] = self._value
-        yield request
+def _with_token(token: str, request: httpx.Request) -> httpx.Request:
+    request.headers["Authorization"] = f"Bearer {token}"
+    return request
 
 
 class _Asked(httpx.Auth):

@@ -19,7 +19,7 @@ import stat
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime, timedelta, timezone
 from functools import cache, cached_property, lru_cache, partial
@@ -395,11 +395,13 @@ class Repo:
         What git would change on the way into the repository (line ends) makes no difference.
         """
         before = self.blobs(self.head(), paths)
-        found = {path: files.read(self.root, path) for path in paths}
-        return [path for path in paths if before.get(path) != self._sha(path, found[path])]
-
-    def _sha(self, path: str, data: bytes | None) -> str | None:
-        return None if data is None else str(_pygit2().hash(self._cleaned(path, data)))
+        held = {path: files.read(self.root, path) for path in paths}
+        now = {
+            path: str(_pygit2().hash(self._cleaned(path, data)))
+            for path, data in held.items()
+            if data is not None
+        }
+        return [path for path in paths if before.get(path) != now.get(path)]
 
     def _cleaned(self, path: str, data: bytes) -> bytes:
         """What git holds of a file with this content: with line ends as configured."""
@@ -487,10 +489,7 @@ class Repo:
         pygit2 = _pygit2()
         self._refuse_signing()
         when = when or datetime.now().astimezone()
-        with _error_messages(self.top), ExitStack() as locks:
-            index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
-            ref, path = self._branch()
-            branch = locks.enter_context(self._git_lock("branch", path))
+        with self._locked() as (index, branch, ref):
             head = self.head()
             tree = self._tree_at(head)
             disk = {name: files.read(self.root, name) for name in contents}
@@ -575,7 +574,7 @@ class Repo:
         data = files.read(self.root, path)
         return None if data is None else str(_pygit2().hash(data))
 
-    def _back(self, intent: Intent, index: Path | None) -> None:
+    def _back(self, intent: Intent, index: Path) -> None:
         """Undo what an intent has done, leaving alone what somebody has changed since."""
         for path, blob in intent.old.items():
             files.clear(self.root, path)
@@ -592,7 +591,7 @@ class Repo:
             for path, blob in intent.staged.items()
             if blob is not None and self._in_index(path) == blob
         }
-        if index is not None and ours:
+        if ours:
             self._write_index(index, ours, head)
         files.write(self._gitdir, _INTENT, None)
 
@@ -604,17 +603,14 @@ class Repo:
 
     def _recover(self) -> None:
         """Finish or undo a commit that a kill has interrupted, and free its locks."""
-        ref, path = self._branch()
-        for held, at in (("index", self._gitdir / "index"), ("branch", path)):
+        for held, at in (("index", self._gitdir / "index"), ("branch", self._branch()[1])):
             self._free(held, at)
         for name in ("index", "index.lock", files.beside("intent.json")):
             (self._gitdir / "adaptbot" / name).unlink(missing_ok=True)
         intent = self._intent()
         if intent is None:
             return
-        with _error_messages(self.top), ExitStack() as locks:
-            index = locks.enter_context(self._git_lock("index", self._gitdir / "index"))
-            branch = locks.enter_context(self._git_lock("branch", path))
+        with self._locked() as (index, branch, ref):
             for name in intent.new:
                 files.clear(self.root, name)
             head = self.head()
@@ -744,6 +740,14 @@ class Repo:
                 file.write(line.encode("utf-8", "replace"))
 
     # ------------------------------------------------------------------- git's locks, own state
+
+    @contextmanager
+    def _locked(self) -> Iterator[tuple[Path, Path, str]]:
+        """Hold git's locks on the index and then on the branch; give both, and its reference."""
+        with _error_messages(self.top), self._git_lock("index", self._gitdir / "index") as index:
+            ref, path = self._branch()
+            with self._git_lock("branch", path) as branch:
+                yield index, branch, ref
 
     @contextmanager
     def _git_lock(self, key: str, path: Path) -> Iterator[Path]:

@@ -9,7 +9,7 @@ What the server holds is a stranger's: facts that the domain does not allow are 
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Final
 from uuid import uuid4
@@ -257,7 +257,6 @@ class Shadow:
     key: str
     facts: Facts | None = None
     head: str | None = None
-    seen: bool = field(default=False)
 
     @classmethod
     def of(cls, repo: Repo, shared: SharedGraph) -> "Shadow":
@@ -267,11 +266,11 @@ class Shadow:
         known = json.loads(head) if head else {}
         if known.get("at") != [shared.endpoint.url, shared.graphs["attributes"]]:
             return cls(repo, key)
-        return cls(repo, key, facts_of({key: data}), known["head"], True)
+        return cls(repo, key, facts_of({key: data}), known["head"])
 
     def keep(self, shared: SharedGraph, facts: Facts, head: str | None) -> None:
         """Remember what the server holds now."""
-        self.facts, self.head, self.seen = facts, head, True
+        self.facts, self.head = facts, head
         known = {"at": [shared.endpoint.url, shared.graphs["attributes"]], "head": head}
         lines = "".join(f"{line}\n" for line in sorted(" ".join(_written(t)) + " ." for t in facts))
         self.repo.cache(self.key, f"{json.dumps(known)}\n{lines}".encode())
