@@ -20,7 +20,7 @@ from adaptbot_cli.adapters.store.keeper import (
     edited_plans,
 )
 from adaptbot_cli.adapters.store.trailers import answers, compose, of_lessons
-from adaptbot_cli.core.changes import Changes, Known, about, following, taken_back
+from adaptbot_cli.core.changes import Changes, about
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.faults import by_mistake
 from adaptbot_cli.core.kg import Kg
@@ -30,6 +30,7 @@ from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import UNKNOWN, Answer
 from adaptbot_cli.core.request import understand
+from adaptbot_cli.core.retraction import Known, following, taken_back
 from adaptbot_cli.core.teach import in_words
 from adaptbot_cli.core.terms import AB, Triple, local
 from adaptbot_cli.core.turns import Propose
