@@ -21,7 +21,7 @@ from adaptbot_cli.cli.help import Group
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
-    from adaptbot_cli.session.packs import Started
+    from adaptbot_cli.core.kg import Kg
     from adaptbot_cli.workspace import Workspace
 
 app = typer.Typer(
@@ -100,20 +100,21 @@ def import_domain(
 
     home = workspace(workspace_dir)
     made = packs.take_over(home, domain, problem, name)
-    _made(made, home, made.kg.domain.name)
+    _made(made, home, made[0].domain.name)
 
 
-def _made(made: "Started", home: "Workspace", name: str) -> None:
+def _made(made: "tuple[Kg, str]", home: "Workspace", name: str) -> None:
     """Say what there is now, and what to do with it."""
     from rich.text import Text
 
     from adaptbot_cli.adapters.display.cells import GOOD, noted
 
-    domain = made.kg.domain
+    kg, revision = made
+    domain = kg.domain
     folder = home.root / "kg" / name
     out = console()
     out.print(noted(GOOD, f"{name}: {_counts(domain)} in {folder}"), soft_wrap=True)
-    out.print(Text(f"  committed as {made.revision[:7]}", "dim"))
+    out.print(Text(f"  committed as {revision[:7]}", "dim"))
     task = domain.tasks[0].name.replace("_", " ") if domain.tasks else "…"
     for what, command in (
         ("run a task", f'run "{task}" --domain {name}'),

@@ -49,17 +49,17 @@ def export(
     home = place.home()
     if plan == "-" or (Path(plan).is_file() and Path(plan).suffix != ".yaml"):
         graph = sources.load(home.workspace, home.domain, robot=robot)
-        found = export_text(read_plan(plan), task, home.workspace, graph, form)
+        text, findings = export_text(read_plan(plan), task, home.workspace, graph, form)
     else:
-        found = export_run(find_run(home.workspace, plan or None), home.workspace, form)
-    for finding in found.findings:
+        text, findings = export_run(find_run(home.workspace, plan or None), home.workspace, form)
+    for finding in findings:
         where = f"step {finding.step}: " if finding.step else ""
-        text = f"{finding.code} {where}{finding.message}"
-        console(stderr=True).print(visible(text), markup=False, soft_wrap=True)
-    if not found.text:
+        sentence = f"{finding.code} {where}{finding.message}"
+        console(stderr=True).print(visible(sentence), markup=False, soft_wrap=True)
+    if not text:
         return FINDINGS
     if output is None:
-        typer.echo(found.text, nl=False)
+        typer.echo(text, nl=False)
     else:
-        write_out(output, found.text)
+        write_out(output, text)
     return 0

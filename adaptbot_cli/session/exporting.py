@@ -1,7 +1,6 @@
 """The plan of a run, or of a text, for a robot's own executive."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from adaptbot_cli.adapters.store import files
@@ -16,13 +15,8 @@ from adaptbot_cli.session.replay import check_request, replay
 from adaptbot_cli.session.sources import kg_of
 from adaptbot_cli.workspace import Workspace
 
-
-@dataclass(frozen=True, slots=True)
-class Exported:
-    """A plan as a text, "" if it is not one to hand over; `findings` tell why it is not."""
-
-    text: str
-    findings: tuple[Finding, ...] = ()
+Exported = tuple[str, tuple[Finding, ...]]
+"""A plan as a text, "" if it is not one to hand over, and the findings that tell why it is not."""
 
 
 def export_text(text: str, request: str, workspace: Workspace, kg: Kg, form: str) -> Exported:
@@ -64,11 +58,11 @@ def _exported(
     unmet = [f for _, outcome in plans if outcome for f in outcome.unmet]
     findings = tuple(dict.fromkeys((*(f for r, _ in plans for f in r.findings), *unmet)))
     if not plans or not all(_is_ready(report, outcome) for report, outcome in plans):
-        return Exported("", findings)
+        return "", findings
     folder = f"kg/{kg.domain.name}"
     read = (files.read(workspace.root, f"{folder}/{name}") for name in PDDL_FILES)
     words = spellings([data.decode("utf-8", "replace") for data in read if data is not None])
-    return Exported(FORMS[form](grounded([r for r, _ in plans], kg, words)), findings)
+    return FORMS[form](grounded([r for r, _ in plans], kg, words)), findings
 
 
 def _is_ready(report: Report, outcome: Outcome | None) -> bool:

@@ -1,7 +1,6 @@
 """A new domain for a workspace, from the starting pack or like another domain."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 from rdflib import URIRef
@@ -24,16 +23,8 @@ PDDL_FILES = ("domain.pddl", "problem.pddl")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
-@dataclass(frozen=True, slots=True)
-class Started:
-    """A domain that was just made: its graph, and the revision that holds it."""
-
-    kg: Kg
-    revision: str
-
-
-def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
-    """Write a new domain into the workspace and commit it.
+def start(workspace: Workspace, name: str, like: str | None = None) -> tuple[Kg, str]:
+    """Write a new domain into the workspace and commit it; return its graph and the revision.
 
     It is the starting pack, or a copy of the domain `like` with its plans.
 
@@ -55,13 +46,14 @@ def start(workspace: Workspace, name: str, like: str | None = None) -> Started:
         written[f"prompts/library/{name}/{path.name}"] = path.read_bytes()
     origin = f"like {like}" if like else "from the starting pack"
     message = f"domain: start {name} {origin}"
-    return Started(kg, create(workspace.root, written, workspace.own_files(), message))
+    return kg, create(workspace.root, written, workspace.own_files(), message)
 
 
 def take_over(
     workspace: Workspace, domain: Path, problem: Path | None, name: str | None = None
-) -> Started:
-    """Write a domain of PDDL, with the things and the goal of a problem, into the workspace.
+) -> tuple[Kg, str]:
+    """Write a domain of PDDL, with the things and the goal of a problem, into the workspace; return
+    its graph and the revision.
 
     The PDDL itself is kept beside the pack, for plans that are exported to go with it.
 
@@ -80,7 +72,7 @@ def take_over(
             pack[file] = bounded.read_bytes(path, bounded.PLAN, UsageError)
     written = {f"kg/{called}/{file}": data for file, data in pack.items()}
     message = f"domain: import {called} from PDDL"  # a file's name is a stranger's text
-    return Started(kg, create(workspace.root, written, workspace.own_files(), message))
+    return kg, create(workspace.root, written, workspace.own_files(), message)
 
 
 def _refuse(workspace: Workspace, name: str) -> None:

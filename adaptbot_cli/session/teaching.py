@@ -1,7 +1,6 @@
 """Teaching a thing without a task."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
@@ -24,14 +23,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-@dataclass(frozen=True, slots=True)
-class Added:
-    """What was taught of a thing; `revision` is None if nothing was kept."""
-
-    lessons: Sequence[Lesson]
-    revision: str | None
-
-
 def teach(
     home: Home,
     name: str,
@@ -39,8 +30,9 @@ def teach(
     prompts: "Console | None",
     agreed: bool = False,
     dry_run: bool = False,
-) -> Added:
-    """Ask all about a thing, have it reviewed, commit it.
+) -> tuple[Sequence[Lesson], str | None]:
+    """Ask all about a thing, have it reviewed, commit it; return what was taught and the revision,
+    None if nothing was kept.
 
     `prompts` is the terminal to ask at. What a file of answers teaches is reviewed there too,
     unless it is `agreed` to; with `dry_run` nothing is kept. An interruption leaves the answers
@@ -69,7 +61,7 @@ def teach(
 
     ports = without_planner(human, store, [Noting(note)])
     try:
-        return Added(*drive(teach_thing(name, home.kg, parser(home.kg)), ports))
+        return drive(teach_thing(name, home.kg, parser(home.kg)), ports)
     except (KeyboardInterrupt, KnowledgeError) as stopped:
         kept = _save(home, name, given) if given else None
         again = f"adaptbot kg add {quote(name)} --answers {quote(str(kept))}"

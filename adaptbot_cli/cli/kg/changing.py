@@ -222,13 +222,13 @@ def add(
     from adaptbot_cli.session.teaching import teach
 
     home = place.home()
-    added = teach(home, name, answers, terminal(), yes, dry_run)
+    lessons, revision = teach(home, name, answers, terminal(), yes, dry_run)
     out = console()
-    for lesson in added.lessons:
+    for lesson in lessons:
         out.print(noted(GOOD, lesson.sentence))
-    if added.revision:
-        text = f"{count(len(added.lessons), 'lesson')} committed as {added.revision[:7]}"
-    elif added.lessons:
+    if revision:
+        text = f"{count(len(lessons), 'lesson')} committed as {revision[:7]}"
+    elif lessons:
         text = "nothing was changed"
     else:
         text = "nothing was learned: there is nothing to ask, or it was left open"
