@@ -94,14 +94,6 @@ def read_files(folder: Path, root: Path | None = None) -> dict[str, bytes]:
                      for p in sorted(folder.glob(pattern)))  # fmt: skip
             return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
     path = folder.relative_to(root).as_posix()
-    held = {name: read(root, f"{path}/{name}") for name in names_of_pack(folder, root)}
-    return {name: data for name, data in held.items() if data is not None}
-
-
-def names_of_pack(folder: Path, root: Path) -> list[str]:
-    """Return the names of the files that `read_files` reads in a workspace. Raises KnowledgeError
-    as it does."""
-    path = folder.relative_to(root).as_posix()
     there = names(root, path)
     found = [name for name in there if name.endswith(".ttl")]
     for part in (part for part in FOLDERS if part in there):
@@ -111,7 +103,8 @@ def names_of_pack(folder: Path, root: Path) -> list[str]:
         raise KnowledgeError(f"{folder} has a file {odd!r}, whose name nobody can read; rename it.")
     if len(found) > MOST:
         raise KnowledgeError(f"{folder} has more than {MOST:,} files; put several into one.")
-    return found
+    held = {name: read(root, f"{path}/{name}") for name in found}
+    return {name: data for name, data in held.items() if data is not None}
 
 
 def write(root: Path, path: str, data: bytes | None) -> None:

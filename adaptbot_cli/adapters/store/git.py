@@ -389,13 +389,16 @@ class Repo:
         tree = self.libgit2[commit].tree
         return tuple(tree[name].id if name in tree else None for name in names)
 
-    def dirty(self, paths: Sequence[str]) -> list[str]:
-        """Return those files that differ from HEAD: changed, new or gone.
+    def dirty(
+        self, paths: Sequence[str], held: Mapping[str, bytes | None] | None = None
+    ) -> list[str]:
+        """Return those files that differ from HEAD: changed, new or gone. `held` is what they hold,
+        if that has been read.
 
         What git would change on the way into the repository (line ends) makes no difference.
         """
         before = self.blobs(self.head(), paths)
-        held = {path: files.read(self.root, path) for path in paths}
+        held = {path: files.read(self.root, path) for path in paths} if held is None else held
         now = {
             path: str(_pygit2().hash(self._cleaned(path, data)))
             for path, data in held.items()

@@ -276,11 +276,10 @@ class Keeper:
                 self.held = Held.of(found, self._where, self.large)
             held = self.held
             changed = held.judged(change, lessons, hint)
-            if edits := repo.dirty(list(others)):
+            there = {path: disk.read(self.root, path) for path in others}
+            if edits := repo.dirty(list(others), there):
                 commit_hand_edits(repo, self.domain, edits, "", self.origin.now())
-            written = {
-                path: data for path, data in others.items() if data != disk.read(self.root, path)
-            }
+            written = {path: data for path, data in others.items() if data != there[path]}
             written |= {f"{self._where}/{name}": data for name, data in changed.items()}
             if not written:
                 return repo.head()
@@ -303,7 +302,9 @@ class Keeper:
         If they have faults, return what is committed of the change without them, and what is
         staged: the edits stay as they are.
         """
-        edited = [f"{self._where}/{name}" for name in Versions(self.domain, repo).edited()]
+        edited = [
+            f"{self._where}/{name}" for name in Versions(self.domain, repo).edited(held.files)
+        ]
         if not edited:
             return {}, {}
         head = repo.head()
@@ -410,7 +411,7 @@ def start(
         if new or unknown:
             contents = {**new, **{path: there[path] for path in unknown}}
             repo.commit(dict(sorted(contents.items())), f"start: the {domain} as it comes", now())
-        edited = tuple(f"{own}{name}" for name in Versions(domain, repo).edited())
+        edited = tuple(f"{own}{name}" for name in Versions(domain, repo).edited(found))
         return WorkspaceStart(repo.head(), edited, kg, found, tuple(_notes(repo, found)))
 
 

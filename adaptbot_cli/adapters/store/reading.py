@@ -10,6 +10,7 @@ from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import domains, turtle
+from adaptbot_cli.adapters.store.files import FOLDERS
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.faults import Fault
 from adaptbot_cli.core.kg import Kg
@@ -19,7 +20,9 @@ from adaptbot_cli.core.validate import faults
 from adaptbot_cli.errors import KnowledgeError, PackError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")
-FACT_FILES = {"attributes.ttl": ATTRIBUTES, "state.ttl": STATES}
+FACT_FILES = {
+    f"{name}.ttl": graph for name, graph in zip(FOLDERS, (ATTRIBUTES, STATES), strict=True)
+}
 """The files of the facts, and the named graph that each is read into. A large home has more of
 each in a folder: `attributes/` and `state/`."""
 

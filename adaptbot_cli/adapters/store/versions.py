@@ -19,7 +19,7 @@ from pyoxigraph import BlankNode, Literal
 from rdflib import RDFS
 from rdflib.term import Node
 
-from adaptbot_cli.adapters.store.files import names_of_pack, read_files
+from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import graph_of, in_order, paths_of
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
@@ -128,12 +128,15 @@ class Versions:
         blobs = self._blobs(revision)
         return {name: self.repo.blob(blobs[name]) for name in in_order(blobs)}
 
-    def edited(self) -> list[str]:
-        """Return the names of the files that differ from the last commit."""
+    def edited(self, found: Mapping[str, bytes] | None = None) -> list[str]:
+        """Return the names of the files that differ from the last commit; `found` are those on
+        disk, if they have been read."""
+        found = self.files(None) if found is None else found
         known = self.repo.folder(self.folder, self.repo.head())
-        there = names_of_pack(self.repo.root / self.folder, self.repo.root)
-        dirty = self.repo.dirty(paths_of(self.domain, there, known))
-        return [path.removeprefix(f"{self.folder}/") for path in dirty]
+        names = {path: path.removeprefix(f"{self.folder}/")
+                 for path in paths_of(self.domain, found, known)}  # fmt: skip
+        held = {path: found.get(name) for path, name in names.items()}
+        return [names[path] for path in self.repo.dirty(list(names), held)]
 
     def between(self, before: Mapping[str, bytes], after: Mapping[str, bytes]) -> Changes:
         """Return what changed from some files to others.
