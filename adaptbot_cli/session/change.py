@@ -365,7 +365,7 @@ def commit_edits(home: Home, message: str) -> str | None:
             see = f"see adaptbot kg validate --domain {home.domain}"
             rest = f"; and {more} more: {see}" if more > 0 else ""
             raise KnowledgeError(f"the edits were not committed and stay as they are: {text}{rest}")
-        return commit_hand_edits(versions.repo, home.domain, edited, message, started(), person())
+        return commit_hand_edits(versions.repo, edited, message, started(), person())
 
 
 def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:

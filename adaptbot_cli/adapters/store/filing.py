@@ -46,31 +46,21 @@ class Filing:
     files: Mapping[str, bytes]
     kg: Kg
     _grown: dict[str, int] = field(default_factory=dict)
-    _new: dict[tuple[str, Node], str] = field(default_factory=dict)
-    _found: dict[tuple[str, Node], list[str]] = field(default_factory=dict)
 
     def holding(self, file: str, subject: Node) -> list[str]:
         """Return the files, `file` or in its folder, in which there may be facts of a subject."""
         family = self._family(file)
-        if len(family) < 2:
-            return family or [file]
-        if (file, subject) not in self._found:
-            found = [name for name in family if self._has(name, subject)]
-            self._found[file, subject] = found
-        return self._found[file, subject]
+        return [n for n in family if self._has(n, subject)] if len(family) > 1 else family or [file]
 
-    def filed(self, file: str, subject: Node, added: Collection[Triple]) -> str:
-        """Return the file, `file` or one in its folder, in which a new fact is to stand: that of
-        its subject, else the one that things of its sort are filed in."""
-        if (file, subject) not in self._new:
-            # What the graph does not know stands in no file: none is searched for it.
-            is_known = len(self._family(file)) < 2 or (subject, None, None) in self.kg.facts
-            found = self.holding(file, subject) if is_known else []
-            if found:
-                return found[-1]
-            self._new[file, subject] = self._next(file, self._sort(subject, added))
-        name = self._new[file, subject]
-        self._grown[name] = self._grown.get(name, 0) + _A_FACT
+    def filed(self, file: str, subject: Node, facts: int, added: Collection[Triple]) -> str:
+        """Return the file, `file` or one in its folder, in which so many new facts of a subject are
+        to stand: that of the subject, else the one that things of its sort are filed in."""
+        # What the graph does not know stands in no file: none is searched for it.
+        is_known = len(self._family(file)) < 2 or (subject, None, None) in self.kg.facts
+        if is_known and (found := self.holding(file, subject)):
+            return found[-1]
+        name = self._next(file, self._sort(subject, added))
+        self._grown[name] = self._grown.get(name, 0) + facts * _A_FACT
         return name
 
     def heading(self, name: str) -> bytes:

@@ -4,6 +4,7 @@ Hand edits of a domain's files are committed first, as a commit of their own, so
 never mix with them. Edits with faults of their own are left out of both, for their author to mend.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -104,17 +105,19 @@ class Held:
         Raises:
             KnowledgeError: a term cannot be written in Turtle.
         """
-        parts, found = _parts(change), {}
-        old: dict[str, list[Triple]] = {}
-        new: dict[str, list[Triple]] = {}
-        filing = Filing(self.files, self.kg)
+        parts, filing, found = _parts(change), Filing(self.files, self.kg), {}
+        old, new = defaultdict[str, list[Triple]](list), defaultdict[str, list[Triple]](list)
+        removed, added = (defaultdict[tuple[str, Node], list[Triple]](list) for _ in range(2))
         for triple in ordered(change.removed):
             for file in self._files_of(triple, parts):
-                for name in filing.holding(file, triple[0]):
-                    old.setdefault(name, []).append(triple)
+                removed[file, triple[0]].append(triple)
         for triple in ordered(change.added):
-            name = filing.filed(self._file_of(triple, parts), triple[0], change.added)
-            new.setdefault(name, []).append(triple)
+            added[self._file_of(triple, parts), triple[0]].append(triple)
+        for (file, subject), triples in removed.items():
+            for name in filing.holding(file, subject):
+                old[name] += triples
+        for (file, subject), triples in added.items():
+            new[filing.filed(file, subject, len(triples), change.added)] += triples
         for name in in_order((*old, *new)):
             text = (self.files.get(name) or filing.heading(name)).decode("utf-8")
             where = f"{self.where}/{name}"
@@ -278,7 +281,7 @@ class Keeper:
             changed = held.judged(change, lessons, hint)
             there = {path: disk.read(self.root, path) for path in others}
             if edits := repo.dirty(list(others), there):
-                commit_hand_edits(repo, self.domain, edits, "", self.origin.now())
+                commit_hand_edits(repo, edits, "", self.origin.now())
             written = {path: data for path, data in others.items() if data != there[path]}
             written |= {f"{self._where}/{name}": data for name, data in changed.items()}
             if not written:
@@ -317,7 +320,7 @@ class Keeper:
                     return apart, self._staged(repo, held, change, {*apart, *written}, head)
             except KnowledgeError:
                 pass  # what was learned makes no sense without the edits
-        commit_hand_edits(repo, self.domain, edited, "", self.origin.now())
+        commit_hand_edits(repo, edited, "", self.origin.now())
         return {}, {}
 
     def _staged(
@@ -370,7 +373,7 @@ def edited_plans(repo: Repo, domain: str) -> list[str]:
 
 
 def commit_hand_edits(
-    repo: Repo, domain: str, edited: Iterable[str], message: str, when: datetime, by: str = ""
+    repo: Repo, edited: Iterable[str], message: str, when: datetime, by: str = ""
 ) -> str:
     """Commit hand edits of a domain's files as they are; the caller is in `repo.writing`."""
     names = ", ".join(path.rpartition("/")[2] for path in edited)
