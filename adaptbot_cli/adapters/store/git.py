@@ -69,21 +69,6 @@ class Intent:
     new: Mapping[str, str | None]
     staged: Mapping[str, str | None]
 
-    @classmethod
-    def loads(cls, data: bytes) -> "Intent":
-        """Read the record. Raises ValueError if it is none."""
-        try:
-            found = cls(**json.loads(data))
-            blobs = (found.old, found.new, found.staged)
-            shas = [found.commit, found.parent, *(sha for at in blobs for sha in at.values())]
-            if any(sha is not None and not _SHA.fullmatch(sha) for sha in shas):
-                raise ValueError("no sha")
-            if not found.old.keys() == found.new.keys() == found.staged.keys():
-                raise ValueError("not the same files")
-        except (TypeError, AttributeError, RecursionError) as error:
-            raise ValueError(str(error)) from error
-        return found
-
 
 class Repo:
     """The repository that a workspace is in. Paths are relative to the workspace, with `/`.
@@ -637,17 +622,25 @@ class Repo:
     def _intent(self) -> Intent | None:
         """The commit that was interrupted, if one was."""
         data = files.read(self._gitdir, _INTENT)
+        if data is None:
+            return None
         try:
-            intent = None if data is None else Intent.loads(data)
-            for name in intent.new if intent else ():
+            intent = Intent(**json.loads(data))
+            blobs = (intent.old, intent.new, intent.staged)
+            shas = [intent.commit, intent.parent, *(sha for at in blobs for sha in at.values())]
+            if any(sha is not None and not _SHA.fullmatch(sha) for sha in shas):
+                raise ValueError("no sha")
+            if not intent.old.keys() == intent.new.keys() == intent.staged.keys():
+                raise ValueError("not the same files")
+            for name in intent.new:
                 self._name(name)
-        except ValueError as error:
+            return intent
+        except (TypeError, AttributeError, ValueError, RecursionError) as error:
             raise KnowledgeError(
                 f"{self._gitdir / _INTENT}, the record of an interrupted commit, is damaged. "
                 f"Compare the files of {self.root} with `git status` and `git diff`, mend them if "
                 "need be, then remove that record."
             ) from error
-        return intent
 
     def _again(self, intent: Intent, head: str | None) -> "tuple[Any, ...] | None":
         """What to commit anew, if somebody else has committed other files meanwhile."""

@@ -21,7 +21,7 @@ from urllib.parse import urljoin
 
 import pyoxigraph
 from pyoxigraph import BlankNode, Literal, NamedNode
-from rdflib import RDF, RDFS, XSD, BNode
+from rdflib import RDF, RDFS, XSD, BNode, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli import bounded
@@ -257,7 +257,7 @@ def declaration(name: str, namespace: str) -> str:
     """Write a prefix declaration; raise KnowledgeError if it would not be valid."""
     if not _PREFIX.fullmatch(name):
         raise KnowledgeError(f"{name!r} is not a valid prefix; use letters and digits.")
-    return f"@prefix {name}: <{_engine_iri(namespace).value}> ."
+    return f"@prefix {name}: <{engine_term(URIRef(namespace)).value}> ."
 
 
 def serialize(triples: Iterable[Triple], prefixes: Mapping[str, str]) -> str:
@@ -436,13 +436,6 @@ def engine_term(node: Node) -> Any:
         raise KnowledgeError(
             f"{str(node)!r} is not a valid {what} ({error}); nothing was written."
         ) from error
-
-
-def _engine_iri(iri: str) -> Any:
-    try:
-        return NamedNode(iri)
-    except ValueError as error:
-        raise KnowledgeError(f"{iri!r} is not a valid IRI ({error}).") from error
 
 
 def _key(triple: Any) -> tuple[Any, Any]:

@@ -286,14 +286,11 @@ class Versions:
             found = None
         if found is not None:
             commit, one = found
-            for answer in answers(commit.trailers):
-                if answer.number == int(number):
-                    delta = one.changes.delta
-                    gone, came = (
-                        taught(answer, "-", delta.removed),
-                        taught(answer, "+", delta.added),
-                    )
-                    return commit, Delta(gone, came), answer.question
+            delta = one.changes.delta
+            for answer in (each for each in answers(commit.trailers) if each.number == int(number)):
+                sides = (("-", delta.removed), ("+", delta.added))
+                gone, came = (taught(answer, sign, facts) for sign, facts in sides)
+                return commit, Delta(gone, came), answer.question
         raise KnowledgeError(f'there is no answer "{name}"; `adaptbot kg log` tells their ids')
 
     def origins(self, facts: Iterable[Triple], pack: frozenset[Triple]) -> dict[Triple, Origin]:
