@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rdflib import RDF, URIRef
-from rdflib.term import Node
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.filing import Filing
@@ -400,20 +399,17 @@ def _matters(delta: Delta, task: Task, plan: str, before: Kg, now: Kg) -> bool:
     """Whether a change can touch a plan: it names a thing of it, or may use one without a name."""
     changed = about(delta)
     subjects = {subject for subject, _, _ in delta.removed | delta.added}
-    if any(_used_unnamed(node, kg) for node in subjects for kg in (before, now)):
-        return True
+    for kg in (before, now):  # a step may use an action, a place or a tool without its name
+        prompted = [kind.iri for kind in kg.domain.kinds.values() if kind.prompted]
+        actions = {action.iri for action in kg.domain.actions.values()}
+        if any(node in actions or kg.is_a(node, prompted) for node in subjects):
+            return True
     names = {normal(str(value)) for _, _, value in delta.removed | delta.added}
     written = {arg for call in parse(plan).calls for arg in (call.call.action, *call.call.args)}
     return any(
         normal(name) in names or changed & {*before.find(name), *now.find(name)}
         for name in (*written, *task.required)
     )
-
-
-def _used_unnamed(node: Node, kg: Kg) -> bool:
-    """Whether a step may use it though the plan does not name it: an action, a place, a tool."""
-    prompted = [kind.iri for kind in kg.domain.kinds.values() if kind.prompted]
-    return kg.is_a(node, prompted) or any(a.iri == node for a in kg.domain.actions.values())
 
 
 def _verdict(task: Task, plan: str, kg: Kg) -> str:

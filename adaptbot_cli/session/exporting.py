@@ -57,15 +57,13 @@ def _exported(
 
     unmet = [f for _, outcome in plans if outcome for f in outcome.unmet]
     findings = tuple(dict.fromkeys((*(f for r, _ in plans for f in r.findings), *unmet)))
-    if not plans or not all(_is_ready(report, outcome) for report, outcome in plans):
+    ready = (  # it ran through in the rehearsal, and met its goal there
+        outcome and outcome.error is None and not outcome.unmet and r.executable and not r.open
+        for r, outcome in plans
+    )
+    if not plans or not all(ready):
         return "", findings
     folder = f"kg/{kg.domain.name}"
     read = (files.read(workspace.root, f"{folder}/{name}") for name in PDDL_FILES)
     words = spellings([data.decode("utf-8", "replace") for data in read if data is not None])
     return FORMS[form](grounded([r for r, _ in plans], kg, words)), findings
-
-
-def _is_ready(report: Report, outcome: Outcome | None) -> bool:
-    """Whether a plan ran through in the rehearsal and met its goal there."""
-    ran = outcome is not None and outcome.error is None and not outcome.unmet
-    return ran and report.executable and not report.open

@@ -253,7 +253,9 @@ def why(home: Home, name: str, prop: str = "") -> Why:
             (s, p) for s in wanted for p in home.kg.domain.properties if called(prop, p, home.words)
         }
         if not pairs:
-            raise UsageError(f"there is no property {prop}; {name} has {_properties(home, wanted)}")
+            there = sorted({local(p) for thing in wanted for _, p, _ in home.matching(thing)})
+            has = ", ".join(there) or "none yet"
+            raise UsageError(f"there is no property {prop}; {name} has {has}")
     if home.versions is None:
         return Why(name, {t: PACK if t in home.pack else UNCOMMITTED for t in facts})
     past = [t for pair in (sorted(pairs) if prop else ())
@@ -275,11 +277,6 @@ def _facts_said_of(home: Home, name: str) -> set[Triple]:
 def called(prop: str, predicate: Node, words: Words) -> bool:
     """Tell whether a predicate bears a name: its short name or its label."""
     return normal(prop) in (normal(local(predicate)), normal(words.label(predicate)))
-
-
-def _properties(home: Home, wanted: frozenset[Node]) -> str:
-    found = sorted({local(p) for thing in wanted for _, p, _ in home.matching(thing)})
-    return ", ".join(found) or "none yet"
 
 
 def _not_taught(home: Home, name: str) -> str:

@@ -93,27 +93,23 @@ class Remote:
         Raises:
             KnowledgeError: it cannot be reached, or does not take what is pushed.
         """
-        answers = _Callbacks(self.url)
-        folder = Path(self.url)
+        answers, folder = _Callbacks(self.url), Path(self.url)
+        refused = answers.refused
         target = f"refs/adaptbot/incoming/{uuid4().hex}" if folder.is_dir() else branch
         with self._talking("pushed to") as link:
             try:
                 link.push([f"{self.repo.branch}:{target}"], callbacks=answers)
-                if (
-                    target != branch
-                    and not answers.refused
-                    and not _moved(folder, branch, seen, target)
-                ):
+                if target != branch and not refused and not _moved(folder, branch, seen, target):
                     return False
             except pygit2.GitError as error:
-                if not any(word in str(error).lower() for word in _MOVED):
+                if not _MOVED.search(str(error)):
                     raise
                 return False
-        if any(word in text.lower() for text in answers.refused for word in _MOVED):
+        if any(map(_MOVED.search, refused)):
             return False
-        if answers.refused:
+        if refused:
             raise KnowledgeError(
-                f"{self.name} did not take what was merged: {answers.refused[0]}. It is committed "
+                f"{self.name} did not take what was merged: {refused[0]}. It is committed "
                 f"here as {sha[:7]}; `kg sync` sends it when {self.name} takes it."
             )
         return True
@@ -132,9 +128,11 @@ class Remote:
             ) from error
 
 
-_MOVED: Final = ("non-fast", "nonfast", "fetch first", "cannot lock", "failed to lock",
-                 "already exists", "incorrect old value", "stale info", "not present locally",
-                 "failed to update")  # fmt: skip
+_MOVED: Final = re.compile(
+    "non-?fast|fetch first|cannot lock|failed to lock|already exists|incorrect old value|"
+    "stale info|not present locally|failed to update",
+    re.IGNORECASE,
+)
 """What the sides say of a push that comes after another one."""
 
 
