@@ -69,7 +69,10 @@ class Item:
         return replace(self, call=None, code=code, message=message, time=-1)
 
     def conditional(self, condition: str) -> "Item":
-        """Report a call that only runs under a condition."""
+        """Report a call that only runs under a condition, or below a word such as "avoid" never."""
+        if FORBIDS.match(condition):
+            below = f"{shown(self.source)} is below {shown(condition)}"
+            return self.told("P106", f"{below}: it is not to be run, so it is no step.")
         under = f"{shown(self.source)} is under the condition {shown(condition)}"
         return self.told("P103", f"{under}: only plain calls are run.")
 
@@ -106,6 +109,14 @@ def worded(pattern: str, flags: int = 0) -> re.Pattern[str]:
     """Compile a pattern of words in any case; a space stands for white space, ' for ’ as well."""
     spaced = re.sub(r"(?<!\[) (?!\])", r"\\s+", pattern.replace("'", "['’]"))
     return re.compile(spaced, re.IGNORECASE | flags)
+
+
+FORBIDDING = (
+    r"(?:(?:[a-z]+[_ ]){0,3}(?:do|to)[_ ](?:not|avoid)(?:[_ ]do)?|(?:what )?not[_ ]to[_ ]do"
+    r"|don.?t(?: do)?|avoid|never|not|forbidden)"
+)
+FORBIDS = worded(rf"{FORBIDDING}\Z")
+"""A head or a key of what is not to be done."""
 
 
 def shown(source: str) -> str:

@@ -35,7 +35,8 @@ _BINDING = re.compile(
 )
 _LEAVES = re.compile(r"(return\b(?![^\n]*\()[^\n]*)|(?:break|continue)\b\s*;?\s*(?:#|\Z)")
 _WORD = calls.worded(
-    r"(?:\}\s*)?(if|elif|else|unless|otherwise|for|while|repeat|try|except|finally)\b(?=[\s:,({]|\Z)"
+    r"(?:\}\s*)?(if|elif|else|unless|otherwise|for|while|repeat|try|except|finally|match|case)\b"
+    r"(?=[\s:,({]|\Z)"
 )
 _TIMES = calls.worded(
     rf"(?:(?:(?:repeat|loop|do|perform|for)\b[^\n:({{\d]{{0,40}}?[\s(])?({TIMES}|\d{{1,3}}\.times)"
@@ -43,6 +44,13 @@ _TIMES = calls.worded(
     rf"|({TIMES})\s+(?=\w)|[^\n:(){{]{{0,80}}?[\s(,](?:\w+\s)?({TIMES})\)?[\s*_]*[:{{][\s*_]*\Z"
 )
 """A head that says how often the steps below are done: "Repeat twice:", "do this 3 times {"."""
+_CHOICE = calls.worded(
+    r"[*_]*(?:(?:(?:option|alternative|variant|approach|method)\s+(?:[2-9b-f]|two|three|four)"
+    r"|plan\s+[b-f]|alternative\s+(?:plan|steps|sequence|approach))\b[^:\n]{0,40}:|alternatively\b[,:]?"
+    rf"|{calls.FORBIDDING}[\s*_]*:)"
+    r"[\s*_]*"
+)
+"""A head of what may be done in place of what stands before, or never is: "Option 2:", "Avoid:"."""
 _KEYED = re.compile(rf"(?:{'|'.join(REPETITIONS)}|for_?each|while|until|if|unless):[ ]+(\S[^\n]*)")
 """A key of a structure that says how often, or when, the steps beside it are done."""
 _LOOP = calls.worded(r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)* in\b|(?:each|every|all)\b|\()")
@@ -117,6 +125,12 @@ def read_head(text: str, start: int, end: int, indent: int, fenced: bool) -> Hea
         block = Block(indent, "loop" if often else "condition", text[start:body].rstrip(" :{\t*_"),
                       start, over=f"range({often})", often=True)  # fmt: skip
         return block, body, end, not text[body:end].strip(" {*_`\t")
+    choice = _CHOICE.match(text, start, end)
+    if choice is not None:
+        head, opens = choice[0].strip(" :,*_\t"), not text[choice.end() : end].strip(" {*_`\t")
+        # Of two ways the second goes on to the end, as its steps need not be deeper.
+        indent -= opens and not calls.FORBIDS.match(head)
+        return Block(indent, "condition", head, start), choice.end(), end, opens
     word = _WORD.match(text, start, end)
     at = word.end() if word else end
     calls_it = text[at : at + 1] == "(" and calls.ends_line(text, at)

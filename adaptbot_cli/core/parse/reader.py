@@ -90,6 +90,7 @@ class _Reader:
     _run: int = 0
     _fresh: bool = False
     _blank: bool = False
+    _resumes: bool = False
 
     def __post_init__(self) -> None:
         self._open = [self.root]
@@ -117,10 +118,13 @@ class _Reader:
         indent = len(columns) - len(columns.lstrip())
         mark = _MARKED.match(text, start, end)
         number = re.findall(r"\d+", mark[0]) if mark else []
+        before = self._line.number
         apart = mark is None and indent <= self._line.indent
         self._line = replace(self._line, marked=mark is not None, indent=indent, run=self._run,
                              group=self._line.group + apart,
                              number=int(number[-1][:4]) if number else -1)  # fmt: skip
+        # "3." behind a dash goes on with the list that the head stands in.
+        self._resumes = self._line.number > 1 and self._line.number != before + 1
         prefix = _PREFIX.match(text, start, end)
         content = prefix.end() if prefix else start
         after = self._read_values(start, content, end)
@@ -200,7 +204,8 @@ class _Reader:
     def _enter(self, indent: int) -> bool:
         """Leave the blocks that end before a line; tells whether one has the line alone."""
         last = self._open[-1]
-        listed = self._line.marked and any(b.listed and b.indent == indent for b in self._open)
+        inside = self._line.marked and not self._resumes
+        listed = inside and any(b.listed and b.indent == indent for b in self._open)
         floor = indent + 1 if listed else indent
         fresh, self._fresh = self._fresh, False
         ruling = last.kind != "frame" and not last.often

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from adaptbot_cli.core.parse.calls import shown
 from adaptbot_cli.core.plan import Call, Finding, Written
 
-SEPARATED, LABELLED, WHOLE, RECAP = 1, 2, 3, 4
-"""What stands before a call: any other text, or a heading that hints at a repetition."""
+SEPARATED, LABELLED, WHOLE, RECAP, REVISED = 1, 2, 3, 4, 5
+"""What stands before a call: any other text, or what hints at a repetition or a correction."""
 
 # How much of the first telling a repetition under such a heading must cover to be one.
 _COVERS = {LABELLED: 0.8, WHOLE: 0.5, RECAP: 0.0}
@@ -26,6 +26,12 @@ _HINTS = (
             r"(?:sequence|plan|list|steps|actions|calls|code)"),
     (LABELLED, r"full|complete|final|overall|action sequence"),
 )  # fmt: skip
+_REVISION = re.compile(
+    r"^\W*wait,|\b(?:actually|scratch that|my mistake|oops|correction|start(?:ing)? over"
+    r"|let me (?:redo|correct|fix|revise|rewrite|start|try)"
+    r"|(?:corrected|revised|fixed)\s+(?:\w+\s+){0,2}(?:plan|sequence|list|steps|actions|version))\b",
+    re.IGNORECASE,
+)
 _HEADING_WORDS = 8
 
 _Key = tuple[str, tuple[str, ...]]
@@ -35,6 +41,8 @@ _Key = tuple[str, tuple[str, ...]]
 def heading_strength(line: str) -> int:
     """Tell what a line that holds no call says about the calls below it, see `SEPARATED` ff."""
     line = line.strip()[:200]
+    if _REVISION.search(line):
+        return REVISED
     plain = line.strip("*_ ")
     short = len(plain.split()) <= _HEADING_WORDS and not plain.endswith(".")
     if not (line.startswith(("#", "**")) or plain.endswith(":") or short):
@@ -62,6 +70,11 @@ def without_repeats(
     while at < len(bounds) - 1:
         start = bounds[at]
         told = [keys[i] for i in kept]
+        if gaps[start] == REVISED:
+            kept, finding = _revise(calls, keys, kept, [*range(start, bounds[at + 1])])
+            findings.append(finding)
+            at += 1
+            continue
         # The longest repetition wins: a recap may have headings of its own.
         upto = range(len(bounds) - 1, at, -1)
         again = next((n for n in upto if _repeats(told, keys[start : bounds[n]], gaps[start])), 0)
@@ -88,6 +101,19 @@ def _repeats(told: Sequence[_Key], more: Sequence[_Key], gap: int) -> bool:
         return gap == RECAP and len(more) >= _FEWEST_UNDER_RECAP and told == more
     common = common_in_order(told, more)
     return common >= _SIMILAR * len(more) and common >= _COVERS[gap] * len(told)
+
+
+def _revise(
+    calls: Sequence[Written], keys: Sequence[_Key], first: list[int], again: list[int]
+) -> tuple[list[int], Finding]:
+    """Let a correction take the place of what it corrects, if it tells at least half of it anew."""
+    place, start, end = calls[again[0]], calls[first[0]].line, calls[first[-1]].line
+    message = f"The text corrects itself before line {place.line}"
+    if 2 * common_in_order([keys[i] for i in first], [keys[i] for i in again]) >= len(first):
+        message += f": what stands before it, from line {start} to {end}, is left out."
+        return again, Finding("P104", message, line=place.line, column=place.column)
+    message += ", but does not say which of the steps before it still hold."
+    return first + again, Finding("P103", message, line=place.line, column=place.column)
 
 
 def _choose(

@@ -37,6 +37,8 @@ def settled(items: Sequence[Item], words: Vocabulary) -> Iterator[Item]:
         n += item.code != GAP
         if item.code == PROSE:
             yield from (settling.beside_calls if settling.calls else settling.alone)(n, item)
+        elif item.code == SAID and settling.announces(n, item):
+            yield item.told(LEFT_OUT)
         elif item.code == SAID:
             yield from settling.steps(item, marked=True)
         elif item.call is not None:
@@ -124,6 +126,11 @@ class _Settling:
         if not often:
             yield item.conditional("how often it is done")
         yield from [replace(item, call=keyworded(action, own))] * min(often, _MOST_TIMES)
+
+    def announces(self, n: int, item: Item) -> bool:
+        """Tell whether a text in a structure only says what the call behind it does."""
+        behind = self._items[n + 1 : n + 2]
+        return self._describes(item, [i.call for i in behind if i.call])
 
     def steps(self, item: Item, marked: bool, unknown: bool = True) -> Iterator[Item]:
         """Yield the steps of a phrase; where it cannot be read, a finding that names it."""

@@ -12,6 +12,7 @@ from itertools import takewhile
 from adaptbot_cli.core.english import REPETITIONS, TIMES, count_of
 from adaptbot_cli.core.parse import calls
 from adaptbot_cli.core.parse.calls import LEFT_OUT, PROSE, SAID, Item, Line, line_end, shown
+from adaptbot_cli.core.parse.code import is_step
 from adaptbot_cli.core.parse.phrases import Vocabulary
 from adaptbot_cli.core.parse.tree import KEYWORD, Args, Node, flattened, read_literal
 from adaptbot_cli.core.plan import keyworded
@@ -30,20 +31,26 @@ plans: plan steps actions action_sequence actionsequence sequence calls commands
   substeps tool_calls toolcalls function_calls task_plan plan_steps tasks
 texts: content text answer output response result
 conditions: if condition unless while until for_each foreach
+optional: optional skip skipped disabled
+instead: alternative alternatives fallback fallbacks backup on_failure on_error
+answers: choices candidates
 described: step instruction description task text name
 remarks: step id index number type thought reason reasoning comment # no comments description note
-  notes explanation order purpose status
+  notes explanation order purpose status n nr
 empty: null none false true - – — n/a
 tagged: action name tool_name function_name function tool ID
 """)
-_NAMED, _NAMED_WITH_ARGS, _ARGS, _PLANS, _TEXTS, _CONDITIONS, _DESCRIBED, _REMARKS, _, _TAGGED = (
-    _KEYS.values()
-)
+_NAMED, _NAMED_WITH_ARGS, _ARGS, _PLANS, _TEXTS, _CONDITIONS, *_BESIDE = _KEYS.values()
+_OPTIONAL, _INSTEAD, _ANSWERS, _DESCRIBED, _REMARKS, _, _TAGGED = _BESIDE
+_CONDITIONS += _OPTIONAL
 _REMARKS += _CONDITIONS
 _EMPTY = ("", *_KEYS["empty"])
 _LEADING = (*_NAMED, "tool", "command")
 """Keys that name an action where they begin a line or head a column."""
-_NO_ACTIONS = {*_PLANS, *_TEXTS, *_REMARKS, *REPETITIONS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS}
+_NO_ACTIONS = {
+    *_PLANS, *_TEXTS, *_REMARKS, *REPETITIONS, *_NAMED, *_NAMED_WITH_ARGS, *_ARGS, *_INSTEAD,
+    *_ANSWERS,
+}  # fmt: skip
 
 _JSON = re.compile(
     r"[^\[{\"'(]*+(?:(?<=\w)'(?=\w)[^\[{\"'(]*+)*(?:\[[A-Z_]+\]\s*(?=[\[{]))?([\[{]|(?<!\w)\()\s*(?:[\[{\"'\]}(]|\w+\s*:|\Z)"
@@ -159,7 +166,9 @@ class Structures:
             name = action[0].text if action else ""
             for key, value in node.entries():
                 counts = value.plain and key in REPETITIONS and not self._words.takes(name, key)
-                empty = value.plain and value.text.lower() in _EMPTY
+                says = value.text.lower()
+                empty = value.plain and says in _EMPTY
+                empty &= not (says == "true" and key in _OPTIONAL)
                 if empty or not (counts or key in _CONDITIONS):
                     continue
                 often = count_of(value.text) if counts else 0
@@ -204,9 +213,22 @@ class Structures:
                 return
         numbered = all(_NUMBERED.fullmatch(key) for key in node.keys)
         for key, value in node.entries():
-            plan = numbered or key in _PLANS or (value.kind == "string" and key in _TEXTS)
-            if plan or not value.plain:
-                yield from self._steps(value, planned=plan)
+            never = bool(calls.FORBIDS.match(key))
+            plan = numbered or never or key in _INSTEAD + _PLANS
+            plan = plan or (value.kind == "string" and key in _TEXTS)
+            if not plan and value.plain:
+                continue
+            found = list(self._steps(value, planned=plan))
+            first = next(iter(value.items), value)
+            for item in found:
+                if not is_step(item):
+                    yield item
+                elif never:
+                    yield item.conditional(key)
+                elif key in _INSTEAD or (key in _ANSWERS and item.start > first.end >= 0):
+                    yield item.told(LEFT_OUT)
+                else:
+                    yield item
 
     def _string(self, node: Node) -> list[Item]:
         """Read what a string holds, placed where the string stands."""
@@ -273,6 +295,13 @@ class Structures:
             ]
             return found or [self._unread(node, "its action cannot be read")]
         values = given.get(*_ARGS) if name in given.items else given
+        spare = [
+            key
+            for key, value in given.entries()
+            if values is not None and name in given.items and value not in (name, values)
+            and key not in (*_REMARKS, *REPETITIONS)
+            and (value.items or value.text.lower() not in _EMPTY)
+        ]  # fmt: skip
         if values is None:
             values = Node("map", node.start, node.end)
             for key, value in given.entries():
@@ -289,7 +318,9 @@ class Structures:
             call = keyworded(
                 joined if known and not action.isidentifier() else action, calls.kept(args)
             )
-            return [Item(node.start, source, call)]
+            step = Item(node.start, source, call)
+            message = f"`{', '.join(spare)}` in {shown(source)} is left out: it is no argument."
+            return [step, *([step.told(LEFT_OUT, message)] if spare else [])]
         if not (self._words.begins(action) or self._words.ordered(action)):
             return [self._unread(node, "its action is not a name")]
         found = self._string(name) or [Item(name.start, action, code=SAID)]
@@ -334,7 +365,11 @@ class Structures:
         item = Item(opened.start(), " ".join(text[opened.start() : after].split()))
         if not (closed or opened[4]):
             return [item.fault("its tag is never closed")], after
-        given = [(k, v) for k, v in (*attributes.items(), *leaves) if k not in _TAGGED + _REMARKS]
+        given = [
+            (key, value)
+            for key, value in (*attributes.items(), *leaves)
+            if key not in _TAGGED + _REMARKS or (key == "tool" and value != name)
+        ]
         if (found or opened[2]) and not leaves and "<" not in body and body.strip():
             given.append(("input", body))
         args = [arg for key, value in given for arg in _args(key, html.unescape(value).strip())]

@@ -90,7 +90,11 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
             )
     if not calls:
         findings.insert(0, Finding("P101", _no_plan(whole, bool(findings)), line=1, column=1))
-    back = [i for i in read_text(discarded, words) if i.code not in (LEFT_OUT, PROSE, SAID, GAP)]
+    back = [
+        item
+        for item in read_text(discarded, words)
+        if item.code not in (LEFT_OUT, PROSE, SAID, GAP) or item.source.startswith("~~")
+    ]
     for items, reason in (
         ([*left_out.values()], "is no call and is left out"),
         (answers, "is left out: it is what the world answers, which is no step"),
