@@ -37,6 +37,10 @@ for line in sys.stdin:
         told = {"stopped": True}
         if how == "no goal":
             told = {"stopped": True, "goal": False, "reason": "the tea is cold"}
+        if how == "no boolean":
+            told = {"stopped": True, "goal": "no"}
+        if how == "last words":
+            sys.stdout.write("bye\\n")
     else:
         told = {"done": n}
         if n == 3 and how == "silent":
@@ -51,6 +55,10 @@ for line in sys.stdin:
             sys.stdout.buffer.write(b"\\xff\\x00{{{ [red]\\n42\\n")
         if n == 3 and how == "unknown things":
             told["observed"] = [["unicorn", "obj_location", "fridge"], ["egg", "colour", "red"], 7]
+        if n == 3 and how == "what a thing is":
+            told["observed"] = [["tea", "has_dairy", True]]
+        if how == "fails what is seen" and said["expects"]["added"]:
+            told = {"failed": n, "reason": "no echo", "observed": said["expects"]["added"]}
         if n == 3 and how == "contradicts itself":
             told["observed"] = [["cup", "mrec_location", "table"], ["cup", "mrec_location", "sink"]]
         if n == 3 and how == "floods":
@@ -192,6 +200,10 @@ FAULTS = {
     "says it all at once": (0, "): it was asked only now"),
     "leaves a child": (0, ""),
     "no goal": (3, "the world says that the goal is not met: the tea is cold"),
+    "no boolean": (3, 'its goal is neither true nor false: "no"'),
+    "last words": (0, "no JSON object"),
+    "what a thing is": (0, "is for a person to say: tea has_dairy True"),
+    "fails what is seen": (0, "): no echo"),
 }
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
 

@@ -42,6 +42,7 @@ from adaptbot_cli.core.turns import (
     Proposal,
     Propose,
     Review,
+    Stop,
     Surprised,
     Turn,
     Understood,
@@ -119,6 +120,8 @@ class Screen:
             call = f"{turn.number:>2} {turn.step.call.render()}"
             text = f"{call}: {reply.failed}" if reply.failed else call
             self._note(BAD if reply.failed else GOOD, text)
+            self._odd(reply)
+        elif isinstance(turn, Stop):
             self._odd(reply)
         elif isinstance(turn, Surprised):
             for sentence in sentences(turn.surprise, self.kg):

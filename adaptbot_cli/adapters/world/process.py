@@ -17,7 +17,7 @@ from typing import IO, Any
 
 from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.terms import STATES, Triple
 from adaptbot_cli.core.turns import Act, Begin, Stop
 from adaptbot_cli.core.world import LOST, Seen, fact_of, named, plain, possible
 from adaptbot_cli.errors import WorldError
@@ -154,11 +154,13 @@ class Process:
         answer, odd = self._asked({"stop": turn.why}, lambda reply: "stopped" in reply)
         self.seconds = before
         if answer is None:
-            return Seen()
+            return Seen(odd=odd)
         goal = answer.get("goal")
         seen = self._seen(answer, Delta(), odd)
         why = _text(answer.get("reason") or "")
-        return replace(seen, failed=why, goal=goal if isinstance(goal, bool) else None)
+        if not isinstance(goal, bool | None):
+            goal, why = False, f"its goal is neither true nor false: {_text(json.dumps(goal))}"
+        return replace(seen, failed=why, goal=goal)
 
     def close(self) -> None:
         """End the process and what it has started."""
@@ -276,9 +278,12 @@ class Process:
         gone = self._facts(answer.get("gone"), strange)
         both, observed, gone = observed & gone, observed - gone, gone - observed
         several = _several(observed, self.kg)
+        denied = {fact for fact in observed | gone if self.kg.home_of(fact[1]) != STATES}
+        denied = {fact for fact in denied if (fact in self.kg.facts) != (fact in observed)}
         for text, facts in (
             ("it says of {} that it holds and that it does not", both),
             ("it says several values of {}", several),
+            ("what a thing is like is for a person to say: {}", denied),
         ):
             names = (" ".join(map(str, named(fact, self.kg))) for fact in sorted(facts))
             strange += map(text.format, names)
