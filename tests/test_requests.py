@@ -226,6 +226,22 @@ def test_a_step_that_is_refused_is_named(text: str, step: str) -> None:
     assert {f.subject for f in findings(result) if f.code == "E505"} == {step}
 
 
+@pytest.mark.parametrize(
+    ("requires", "without", "refused", "unread"),
+    [
+        ((), ("boiling", "cut"), {"boil", "slice"}, ()),
+        ((), ("the heat",), set(), ("without the_heat",)),
+        (("2 sugars",), (), set(), ("2_sugars",)),
+        (("milk",), ("sugar",), set(), ()),
+    ],
+)
+def test_an_option_says_a_step_or_a_thing_or_is_not_understood(
+    requires: tuple[str, ...], without: tuple[str, ...], refused: set[str], unread: tuple[str, ...]
+) -> None:
+    [task] = reading_of("make tea", kg_of("kitchen"), requires, without).tasks
+    assert {action for action, _ in task.refused} == refused and task.unread == unread
+
+
 def test_an_item_of_a_named_dish_is_in_it() -> None:
     assert {"rice"} <= used(run("kitchen", "rice salad"))
     assert {"macaroni"} <= used(run("kitchen", "pasta salad"))

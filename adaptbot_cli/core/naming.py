@@ -236,7 +236,7 @@ class Naming:
             entities = self.kg.find(joined)
             group = self._numbered(joined) if not entities else ()
             ruled = self.rule_called(joined, strict=False)
-            act = self._action(joined) or (self._gerund(joined) if length == 1 else None)
+            act = self.done(joined) if length == 1 else self._action(joined)
             prop = self._state(joined) if length == 1 else ""
             if not (entities or group or ruled or act or prop):
                 continue
@@ -332,6 +332,10 @@ class Naming:
         found = self.kg.find("_".join(behind)) if not part.thing and self.verb(part) else ()
         return filter(None, (part.thing, *map(self.kg.name, found[:1])))
 
+    def done(self, name: str) -> Action | None:
+        """The action that a verb names, in -ing or not."""
+        return self._action(name) or self._gerund(name)
+
     def _gerund(self, word: str) -> Action | None:
         """The action that a form in -ing is of: "frying"."""
         bases = sorted(self.forms(word)) if word.endswith("ing") else []
@@ -349,9 +353,9 @@ class Naming:
         """Whether a phrase, or its last word, is a noun of the domain's word fields, or of any."""
         for name in (phrase.replace(" ", "_"), phrase.rpartition(" ")[2]):
             bases = {name, *singulars(name)}
-            nouns = [
-                s for s in self.senses(name) if s.field.startswith("noun.") and s.base in bases
-            ]
+            # What a word means first may be left out of the lexicon: heat is no radiator.
+            fields = ("noun.", "omitted")
+            nouns = [s for s in self.senses(name) if s.field.startswith(fields) and s.base in bases]
             if nouns:
                 return anything or nouns[0].field in self.domain.noun_fields
         return False

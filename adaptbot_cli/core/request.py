@@ -16,7 +16,7 @@ from rdflib.term import Node
 from adaptbot_cli.core.clauses import Clauses
 from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.names import normal, sentence_list, words
-from adaptbot_cli.core.naming import A_SLIP, Naming
+from adaptbot_cli.core.naming import A_SLIP, Naming, number_of
 from adaptbot_cli.core.plan import Constraint, Task
 from adaptbot_cli.core.terms import TRUE
 from adaptbot_cli.core.words import Lexicon, NoLexicon
@@ -149,19 +149,26 @@ def _with_options(
     """
     kg = naming.kg
     rules, names, unread = list(task.rules), list(task.excluded), list(task.unread)
+    refused = list(task.refused)
+    unread += [name for name in asked if number_of(name.partition("_")[0]) and not kg.find(name)]
     for written in banned:
         rule, name = naming.rule_called(normal(written), strict=True), normal(written)
         found = kg.find(name)
+        action = None if rule or found else naming.done(name)
+        if action is not None:
+            refused.append((action.name, ""))
+            continue
         rules += [rule] if rule and rule not in rules else []
         names.append(kg.name(found[0]) if found else name)
-        if not rule and not found and not naming.senses(name):
+        if not rule and not found and not naming.noun(name):
             near = get_close_matches(name, naming.names_like(name), 1, A_SLIP)
             names += near
             unread += [f"without {name}" + (f" ({near[0]}?)" if near else "")]
     excluded = tuple(dict.fromkeys(names))
     required = tuple(dict.fromkeys((*task.required, *asked)))
     barred = task.barred | naming.barred(excluded)
-    task = replace(task, rules=tuple(rules), excluded=excluded, barred=barred, unread=tuple(unread))
+    task = replace(task, rules=tuple(rules), excluded=excluded, barred=barred)
+    task = replace(task, refused=tuple(refused), unread=tuple(unread))
     listed = (*kg.domain.tasks, *kg.domain.task_classes.values())
     needs = next((each.required for each in listed if each.iri == task.iri), ())
     kept = tuple(n for n in required if n not in needs or n in asked or not excludes(n, task, kg))
