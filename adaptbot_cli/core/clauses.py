@@ -108,6 +108,8 @@ class Clauses:
                 return self._negation(part, parts, at)
             case "with":
                 # "don't add sugar": the verb belongs to the negation
+                if at and parts[at - 1].text == "just":
+                    self._miss("just")
                 if not (self.mode == "without" and parts[at - 1].role in ("without", "word")):
                     self._flush()
                     self.mode = "with"
@@ -150,6 +152,10 @@ class Clauses:
         all_but = part.role == "but" and any(english.ALL & {*p.words} for p in before)
         if all_but and rest is not None and rest.role in ("name", "unread") and not rest.action:
             self.mode = "without"
+        elif after and after[0].task and self.mode == "without" and self.drafts:
+            self._miss(f"{part.text} {after[0].text}")  # "without milk and coffee": to have, or not
+        if part.role == "but" and after and after[0].role in ("to", "from", "for"):
+            self._miss(f"{part.text} {after[0].text}")  # "no milk in the tea, but in the coffee"
         if part.role == "or" and self.mode != "without":
             around = [p.text for p in (*parts[max(at - 1, 0) : at], part, *parts[at + 1 : at + 2])]
             self._miss(" ".join(around))
