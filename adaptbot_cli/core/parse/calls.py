@@ -113,7 +113,7 @@ def worded(pattern: str, flags: int = 0) -> re.Pattern[str]:
 
 FORBIDDING = (
     r"(?:(?:[a-z]+[_ ]){0,3}(?:do|to)[_ ](?:not|avoid)(?:[_ ]do)?|(?:what )?not[_ ]to[_ ]do"
-    r"|don.?t(?: do)?|avoid|never|not|forbidden)"
+    r"|don.?t(?: do)?|avoid|never|not|forbidden|(?:bad|wrong|incorrect)[_ ](?:example|plan|steps?))"
 )
 FORBIDS = worded(rf"{FORBIDDING}\Z")
 """A head or a key of what is not to be done."""
@@ -250,6 +250,7 @@ _OFTEN = worded(
 )
 _TRAILING_IF = re.compile(
     r"[ \t`*]*(?=(?:if|unless|for[ \t]+(?:each|every|all)|for[ \t]+[\w, ()]{1,60}[ \t]in)\b)"
+    r"|[ \t`*;.]*[(\[#–—-]+[ \t]*(?=optional(?:ly)?\b)"
 )
 # What may stand before and behind a call that is no part of a sentence.
 _LABEL = (
@@ -369,7 +370,7 @@ def ruled(text: str, reading: Arguments) -> tuple[int, str]:
         return 1, often[0].strip(" `*_([#,;")
     match = None if reading.error else _TRAILING_IF.match(text, reading.end)
     line = text[match.end() : match.end() + _LONG].partition("\n")[0] if match else ""
-    return count, line.partition("#")[0].strip(" `*")
+    return count, line.partition("#")[0].strip(" `*" if "(" in line else " `*)]")
 
 
 WRAPPED = re.compile(

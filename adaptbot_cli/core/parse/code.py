@@ -72,7 +72,8 @@ class Block:
     """Lines that stand under a head, told by indentation: a frame, function, loop or condition.
 
     `often` tells that the head only says how often or when, so that it needs steps of its own;
-    `listed` that a list may stand below the head in the same column.
+    `listed` that a list may stand below the head in the same column; `brief` that the next blank
+    line or heading ends what it rules.
     """
 
     indent: int
@@ -83,6 +84,7 @@ class Block:
     params: tuple[str, ...] = ()
     over: str = ""
     often: bool = False
+    brief: bool = False
     listed: bool = False
     line: Line = field(default_factory=Line)
     body: list["Item | Block"] = field(default_factory=list)
@@ -128,9 +130,12 @@ def read_head(text: str, start: int, end: int, indent: int, fenced: bool) -> Hea
     choice = _CHOICE.match(text, start, end)
     if choice is not None:
         head, opens = choice[0].strip(" :,*_\t"), not text[choice.end() : end].strip(" {*_`\t")
-        # Of two ways the second goes on to the end, as its steps need not be deeper.
-        indent -= opens and not calls.FORBIDS.match(head)
-        return Block(indent, "condition", head, start), choice.end(), end, opens
+        # Their steps need not be deeper: of two ways the second goes on to the end.
+        brief = calls.FORBIDS.match(head) is not None
+        in_list = start - text.rfind("\n", 0, start) - 1 > indent
+        indent -= opens and not (brief and in_list)
+        block = Block(indent, "condition", head, start, brief=brief)
+        return block, choice.end(), end, opens
     word = _WORD.match(text, start, end)
     at = word.end() if word else end
     calls_it = text[at : at + 1] == "(" and calls.ends_line(text, at)

@@ -178,7 +178,11 @@ class _Reader:
     def _read_statement(self, start: int, content: int, end: int) -> int:
         """Read the head, the constant or the calls of a line; returns a line's end."""
         text, fenced = self._text, self._line.fenced
+        ends = self._blank or self._resumes or text[start:end].rstrip(" *_").endswith(":")
+        if self._open[-1].brief and self._open[-1].steps() and ends:
+            self._open.pop()
         lone = self._enter(self._line.indent)
+        self._blank = False
         head = None if lone else read_head(text, content, end, self._line.indent, fenced)
         begun = head and head[0].often and self._words.begins(head[0].head)
         if head is not None and not begun:

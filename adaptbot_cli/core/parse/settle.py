@@ -20,6 +20,11 @@ _INLINE = re.compile(r"(?:(?<=[\s,.;:])|\A)\(?(\d{1,3})[.)][ \t]+(?=\S)")
 _BARE = re.compile(r"[^\W\d][\w-]*(?:[ ][^\s.,;:!?]+){1,7}\s*")
 """A row of a plan without marks: a few words, no sentence."""
 _SENTENCE = re.compile(r"(?<=[.!])\s+(?=\(?[A-Z\"“`])|(?<=;)\s+|</\w+>\s*(?=<)")
+_BY_NUMBER = worded(
+    r"\b(?:skip|omit|ignore|disregard|remove|delete|drop|leave out|swap|reverse)\b.{0,30}"
+    r"\bsteps? \d|\bsteps? \d+\b.{0,40}\b(?:not|optional|unnecessary|skipped|left out|instead)\b"
+)
+"""What is said of a step by its number: "skip step 3", "step 3 is not needed"."""
 _THE = worded(r"\w+ (?:the|a|an) \w")
 _NO_STEPS = worded(
     r"\W*(?:(?:thoughts?|observations?|think|reflection|feedback|tasks?|goals?|question)\s*\d*\s*:.*"
@@ -136,6 +141,10 @@ class _Settling:
         """Yield the steps of a phrase; where it cannot be read, a finding that names it."""
         for number, (at, sentence) in enumerate(_sentences(item.source)):
             part = replace(item, start=item.start + at, source=sentence)
+            if _BY_NUMBER.search(sentence):
+                why = f"{shown(sentence)} changes a step that is written out: change it there."
+                yield part.told("P103", why)
+                continue
             if OPEN.fullmatch(sentence):
                 why = f"{shown(sentence)} stands for steps that are not written out: write each."
                 yield part.told("P103", why)
@@ -143,7 +152,9 @@ class _Settling:
             if phrases.is_negated(sentence):
                 yield part.told("P106", f"{shown(sentence)} is not to be done, so it is no step.")
                 continue
-            optional, aside = phrases.OPTIONAL.match(sentence), phrases.ASIDE.search(sentence)
+            aside = phrases.ASIDE.search(sentence)
+            optional = phrases.OPTIONAL.match(sentence)
+            optional = optional or (aside and phrases.OPTIONAL.match(aside[1]))
             known = self._words.begins(sentence)
             fits = known or (unknown and ((marked and not number) or self._words.shaped(sentence)))
             clauses = self._words.read(sentence, unknown, self._before) if fits else []
@@ -164,7 +175,12 @@ class _Settling:
 
     def alone(self, n: int, item: Item) -> Iterator[Item]:
         """Yield what a line says in a text that holds no call."""
-        if not self._words.names or n in self._aside:
+        if not self._words.names:
+            return
+        if _BY_NUMBER.search(item.source):
+            yield from self.steps(item, False)
+            return
+        if n in self._aside:
             return
         if self._heads(n, item):
             # What it stands for is below; what is done besides is told of.
@@ -195,7 +211,7 @@ class _Settling:
         headed = of.heads or self._heads(n, item)
         among = not headed and (sibling or (near and begins and not of.fenced))
         is_open = OPEN.fullmatch(item.source)
-        if near and is_open:
+        if (near and is_open) or _BY_NUMBER.search(item.source):
             yield from self.steps(item, False)
         elif among and begins and self._describes(item, near):
             yield from [item.told(LEFT_OUT)] * (len(near) > 1)

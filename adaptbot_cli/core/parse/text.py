@@ -33,7 +33,8 @@ _MARK = re.compile(
     r"|(?P<end><\|(?:im_end|eot_id|endoftext|end_of_text|end_of_turn|return|eom_id)\|>|</s>"
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
     r"|(?P<frame><\|(?:start|channel|message|end|python_tag|tool_calls?)\|>(?:assistant|final)?)"
-    r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)",
+    r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)"
+    r"|<(?P<gone>del|strike)>[^\n]*?</(?P=gone)>",
     re.IGNORECASE | re.MULTILINE,
 )
 _ENDS = {
@@ -93,7 +94,8 @@ def parse(text: str, words: Vocabulary | None = None) -> Parsed:
     back = [
         item
         for item in read_text(discarded, words)
-        if item.code not in (LEFT_OUT, PROSE, SAID, GAP) or item.source.startswith("~~")
+        if item.code not in (LEFT_OUT, PROSE, SAID, GAP)
+        or item.source.startswith(("~~", "<del>", "<strike>"))
     ]
     for items, reason in (
         ([*left_out.values()], "is no call and is left out"),
