@@ -179,7 +179,7 @@ class _Reader:
         """Read the head, the constant or the calls of a line; returns a line's end."""
         text, fenced = self._text, self._line.fenced
         ends = self._blank or self._resumes or text[start:end].rstrip(" *_").endswith(":")
-        if self._open[-1].brief and self._open[-1].steps() and ends:
+        if self._open[-1].brief and self._open[-1].body and ends:
             self._open.pop()
         lone = self._enter(self._line.indent)
         self._blank = False

@@ -27,9 +27,10 @@ _HINTS = (
     (LABELLED, r"full|complete|final|overall|action sequence"),
 )  # fmt: skip
 _REVISION = re.compile(
-    r"^\W*wait,|\b(?:actually|scratch that|my mistake|oops|correction|start(?:ing)? over"
-    r"|let me (?:redo|correct|fix|revise|rewrite|start|try)"
-    r"|(?:corrected|revised|fixed)\s+(?:\w+\s+){0,2}(?:plan|sequence|list|steps|actions|version))\b",
+    r"^\W*(?:wait|actually|hold on|correction|oops)[,.:!…]|\b(?:scratch that|my mistake"
+    r"|let me (?:redo|correct|revise|rewrite|fix (?:that|this|it)|(?:start|try) (?:over|again))"
+    r"|(?:corrected|revised|fixed)\s+(?:\w+\s+){0,2}"
+    r"(?:plan|sequence|list|steps|actions|version))\b",
     re.IGNORECASE,
 )
 _HEADING_WORDS = 8

@@ -34,7 +34,7 @@ _MARK = re.compile(
     r"|<(?:end_of_turn|eos)>|^(?:user|human|<\|im_start\|>user)[ ]?:?[ ]*$|^(?:User|Human):(?=\s))"
     r"|(?P<frame><\|(?:start|channel|message|end|python_tag|tool_calls?)\|>(?:assistant|final)?)"
     r"|(?<!~)~~(?![~\s])[^~\n]*+(?:~(?!~)[^~\n]*+)*~~(?!~)"
-    r"|<(?P<gone>del|strike)>[^\n]*?</(?P=gone)>",
+    r"|<(?P<gone>del|strike)>[^\n]{0,300}?</(?P=gone)>",
     re.IGNORECASE | re.MULTILINE,
 )
 _ENDS = {
