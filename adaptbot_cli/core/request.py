@@ -24,8 +24,11 @@ from adaptbot_cli.core.words import Lexicon, NoLexicon
 _WORD = re.compile(
     r"w/o(?:ut)?\b|w/|(?<!\S)-\d+|\d+(?:[.,:/-]\d+)+|[^\W_]+(?:['\u2019][^\W_]+)*|[,;.:!?&+/%)]|[^\w\s]"
 )
-_MINUS = re.compile(r"(?<=[^\S\n])[-!\u00ac](?=[^\W_])")
+_MINUS = re.compile(r"(?<=\s)[-!\u00ac](?=[^\W_])")
 """A sign that takes the word behind it away: "tea -sugar"."""
+
+_PLAIN = str.maketrans("_\u2019\n\uff0c\u3001\uff1b\u3002\uff1a", " ',,,;.:")
+"""Marks as they are read: a new line parts what is asked for as a comma does."""
 
 _MARKS = ",;.:!?&+/%)"
 _SIGNS = ("Sc", "Sm", "So")
@@ -126,7 +129,7 @@ def understand(
 
 def _words(text: str) -> list[str]:
     """The words, numbers, marks and signs of a text, in lower case."""
-    plain = _MINUS.sub(" without ", text.replace("_", " ").replace("\u2019", "'").lower())
+    plain = _MINUS.sub(" without ", text.translate(_PLAIN).lower())
     return [
         word
         for word in _WORD.findall(plain)
