@@ -44,6 +44,7 @@ class _Draft:
     amount: int = 1
     place: str = ""
     own: str = ""
+    without: list[str] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -52,7 +53,8 @@ class Clauses:
 
     `mode` is what the last preposition or negation leads to; `run` are the things and unknown words
     since the last boundary, `pending` those that wait for the task that they belong to; `joined`
-    says that a conjunction stands between the last task and here.
+    says that a conjunction stands between the last task and here, `local` that none stood before
+    the negation, which then is this task's own.
     """
 
     naming: Naming
@@ -60,6 +62,7 @@ class Clauses:
     mode: str = "main"
     strict: bool = False
     swaps: bool = False
+    local: bool = False
     joined: bool = False
     run: list[Phrase] = field(default_factory=list)
     pending: list[Phrase] = field(default_factory=list)
@@ -209,6 +212,7 @@ class Clauses:
         if _empty(takewhile(lambda p: p.role not in ends, parts[at + 1 :])):
             self._miss(part.text)  # "tea without", "no need for milk"
         self.mode, self.strict = "without", part.role == "allergy"
+        self.local = not self.joined and not self.strict
         self.joined, self.swaps = True, bool(english.SWAPS & {*part.words})
         return 1
 
@@ -275,7 +279,10 @@ class Clauses:
         rule = self.naming.rule_called(name, strict) or part.rule
         if rule is not None and rule not in self.rules:
             self.rules.append(rule)
-        self.excluded += [n for n in (part.thing or name, *part.several) if n not in self.excluded]
+        found = [part.thing or name, *part.several]
+        self.excluded += [n for n in found if n not in self.excluded]
+        if self.current is not None and self.local:
+            self.current.without += found
         known = rule or part.thing or part.several or self.naming.noun(part.text)
         if not known or (strict and rule is None):
             self._miss(f"without {part.text}")
@@ -664,7 +671,10 @@ class Clauses:
     def _task(self, draft: _Draft) -> Task:
         task = draft.task
         things = tuple(dict.fromkeys(draft.things))
-        excluded = tuple(dict.fromkeys(self.excluded))
+        others = {name for other in self.drafts if other is not draft for name in other.without}
+        # "tea with sugar, and coffee without": what is asked for here is excluded there.
+        elsewhere = others & {*draft.things} - {*draft.without}
+        excluded = tuple(n for n in dict.fromkeys(self.excluded) if n not in elsewhere)
         naming = self.naming
         place = draft.place
         if place and naming.among_goals(place):
