@@ -67,7 +67,7 @@ class Bench:
         return drive(inspect(task, kg, parser(kg), text), ports)
 
     def row(self, row: Recording) -> Checked:
-        text = row.said("llm")[0]
+        text = row.replies("llm")[0]
         task = Task(row.task, row.required)
         before = self.kg(row.domain, f"{row.domain}.initial.d65fe35.ttl")
         after = self.kg(row.domain, f"{row.domain}.after-human.{row.model}.d65fe35.ttl")
