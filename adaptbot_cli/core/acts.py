@@ -89,10 +89,9 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
         if seen is None:
             acting.over = STOPPED
             break
-        if not seen.over and expected.added and expected.added <= seen.observed:
-            # Done is what is seen to be done, whatever the world calls it.
-            seen_so = f"{seen.failed}, but it is seen to be done"
-            step = replace(step, reason=seen_so if seen.failed else step.reason)
+        brought = expected.added and expected.added <= seen.observed
+        if seen.failed and brought and not seen.over:
+            step = replace(step, reason=f"{seen.failed}, but it is seen to be done")
             seen = replace(seen, failed="")
         standing = net(acting.changes)
         delta, surprise = believe(run.kg, Delta() if seen.failed else expected, seen)
