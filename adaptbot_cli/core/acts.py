@@ -32,8 +32,9 @@ from adaptbot_cli.core.questions import (
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.repair import change_of, key_of
 from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
+from adaptbot_cli.core.request import excluded
 from adaptbot_cli.core.run import Acting, Run, look_at, refuted_last
-from adaptbot_cli.core.terms import TRUE
+from adaptbot_cli.core.terms import ATTRIBUTES, TRUE
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Learned, Stop, Surprised, Turn
 from adaptbot_cli.core.world import LOST, REFUSED, STOPPED, Acted, Seen, believe, is_irreversible
 
@@ -61,7 +62,7 @@ def begin(run: Run, acting: Acting) -> Generator[Turn, Any, bool]:
     """Start the world; return whether its first observation contradicts the belief."""
     acting.begun = True
     seen: Seen = yield Begin(run.task)
-    delta, surprise = believe(run.kg, Delta(), seen)
+    delta, surprise = _believed(run, acting, Delta(), seen)
     yield from _keep(run, acting, delta, surprise)
     return bool(surprise)
 
@@ -94,7 +95,7 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
             step = replace(step, reason=f"{seen.failed}, but it is seen to be done")
             seen = replace(seen, failed="")
         standing = net(acting.changes)
-        delta, surprise = believe(run.kg, Delta() if seen.failed else expected, seen)
+        delta, surprise = _believed(run, acting, Delta() if seen.failed else expected, seen)
         tried = Acted(step, bound, delta, surprise, seen.failed, standing)
         if not seen.failed and _as_often(acting, tried) >= MOST_AGAIN:
             seen = replace(seen, failed=_UNDONE)
@@ -188,7 +189,7 @@ def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple
     error = _error(acting, report)
     why = GOAL_MET if not unmet and error is None else error.message if error else "goal not met"
     seen: Seen = yield Stop(run.task, why)
-    delta, surprise = believe(run.kg, Delta(), seen)
+    delta, surprise = _believed(run, acting, Delta(), seen)
     yield from _keep(run, acting, delta, surprise)
     if surprise:
         unmet, missing = check_goal(run.scene)
@@ -197,8 +198,28 @@ def stop(run: Run, acting: Acting, report: Report) -> Generator[Turn, Any, tuple
     elif seen.goal is False and not unmet:
         why = f": {seen.failed}" if seen.failed else ""
         unmet = (Finding("E603", f"the world says that the goal is not met{why}"),)
+    else:
+        unmet += tuple(_ruled_out(run, acting))
     whole = carried_out(acting, report)
     return whole, Outcome(whole.deltas, error, unmet, missing)
+
+
+def _believed(run: Run, acting: Acting, expected: Delta, seen: Seen) -> tuple[Delta, Delta]:
+    """Believe what was seen of states; of what things are like it is only noted."""
+    acting.claims |= {fact for fact in seen.observed if run.kg.home_of(fact[1]) == ATTRIBUTES}
+    return believe(run.kg, expected, seen)
+
+
+def _ruled_out(run: Run, acting: Acting) -> Iterator[Finding]:
+    """What the request excludes by what the world says that a thing is like: only a person's word
+    makes that known, but no goal is met against it."""
+    used = {node for act in acting.acts if not act.failed for node in act.bound.values.values()}
+    with run.kg.rehearsal():
+        for fact in sorted(acting.claims):
+            run.kg.apply(run.kg.with_fact(fact, run.kg.facts.triples((*fact[:2], None))))
+        for thing in sorted(used, key=str) if acting.claims else ():
+            if why := excluded(thing, run.task, run.kg):
+                yield Finding("E603", f"the world says otherwise: {why}", run.kg.name(thing))
 
 
 def _error(acting: Acting, report: Report) -> Finding | None:

@@ -73,8 +73,9 @@ CONDITIONS = _words("""
     only if unless until while when whenever before after during since each every another other how
     what why where whose was were been being did had under over above below between against
     tomorrow yesterday later almost less least fewer half easy cold hot raw barely hardly
-    scarcely double triple keep leave optional anywhere there whatever whichever whatsoever low high
-    kosher halal mild spicy large tiny huge healthy homemade crispy creamy
+    scarcely double triple keep leave optional anywhere there till within
+    whatever whichever whatsoever low high kosher halal mild spicy large tiny
+    huge healthy homemade crispy creamy
 """)
 """Words that change what is meant, so that they are never read, and never as slips of the pen."""
 
@@ -99,37 +100,23 @@ USES = _words(
 )
 """Verbs after which a negation rules out a thing, not the task: "don't use milk"."""
 
-WITH = (
-    *(("with",), ("including",), ("containing",), ("using",), ("use",), ("add",), ("adding",)),
-    *(("made", "with"), ("made", "of"), ("made", "from"), ("topped", "with")),
-    *(
-        ("filled", "with"),
-        ("served", "with"),
-        ("made", "out", "of"),
-        ("along", "with"),
-        ("together", "with"),
-    ),
-    ("w/",),
-    *(("don't", "forget"), ("dont", "forget"), ("do", "not", "forget")),
-)
+WITH = _phrases("""
+    with, including, containing, using, use, add, adding, made with, made of, made from
+    topped with, filled with, served with, made out of, along with, together with, w/
+    don't forget, dont forget, do not forget
+""")
 """What leads to something that goes in."""
 
-WITHOUT = (
-    *(("without",), ("w/o",), ("no",), ("not",), ("minus",), ("except",), ("excluding",)),
-    *(("never",), ("none",), ("nothing",), ("neither",), ("nor",), ("omit",), ("omitting",)),
-    *(("don't",), ("dont",), ("do", "not"), ("doesn't",), ("does", "not"), ("didn't",)),
-    *(("can't",), ("cannot",), ("cant",), ("can", "not"), ("won't",), ("shouldn't",)),
-    *(("mustn't",), ("must", "not"), ("should", "not"), ("isn't",), ("avoid",), ("avoiding",)),
-    *(("skip",), ("hold", "the"), ("leave", "out"), ("leave", "off"), ("leaving", "out")),
-    *(("instead", "of"), ("rather", "than"), ("in", "place", "of"), ("free", "of")),
-    *(("free", "from"), ("hate",), ("hates",), ("dislike",), ("dislikes",), ("replace",)),
-    *(("anything", "but"), ("everything", "but"), ("all", "but")),
-    *(("replacing",), ("swap",), ("substitute",), ("ban",), ("lacking",), ("sans",)),
-    *(("made", "without"), ("zero",), ("0",), ("w/out",), ("devoid", "of")),
-    *(("are", "out", "of"), ("we're", "out", "of"), ("i'm", "out", "of"), ("ran", "out", "of")),
-    *(("except", "for"), ("apart", "from"), ("aside", "from"), ("other", "than")),
-    *(("drop", "the"), ("lose", "the"), ("ditch",), ("forget", "the")),
-)
+WITHOUT = _phrases("""
+    without, w/o, no, not, minus, except, excluding, never, none, nothing, neither, nor, omit
+    omitting, don't, dont, do not, doesn't, does not, didn't, can't, cannot, cant, can not
+    won't, shouldn't, mustn't, must not, should not, isn't, avoid, avoiding, skip, hold the
+    leave out, leave off, leaving out, instead of, rather than, in place of, free of, free from
+    hate, hates, dislike, dislikes, replace, anything but, everything but, all but, replacing
+    swap, substitute, ban, lacking, sans, made without, zero, 0, w/out, devoid of, are out of
+    we're out of, i'm out of, ran out of, except for, apart from, aside from, other than
+    drop the, lose the, ditch, forget the
+""")
 """What leads to something that must not go in."""
 
 VERBAL = _words("don't dont not never doesn't can't cannot cant won't shouldn't mustn't stop")
@@ -141,34 +128,24 @@ NONE = _words("no none nothing neither nor not never zero 0")
 SWAPS = _words("replace replacing swap substitute")
 """Negations of which "for" leads to what is wanted instead: "swap sugar for honey"."""
 
-ALLERGY = (
-    *(("allergic", "to"), ("intolerant", "to"), ("allergy", "to"), ("sensitive", "to")),
-    *(("free", "of"), ("free", "from"), ("intolerance", "to"), ("intolerant", "of")),
-)
+ALLERGY = _phrases("""
+    allergic to, intolerant to, allergy to, sensitive to, free of, free from, intolerance to
+    intolerant of
+""")
 """What leads to something that may do harm, and before which no guess is safe."""
 
 AFTER_ALLERGEN = _words("free allergy allergies allergic intolerance intolerant allergen")
 """Words behind what must not go in: "dairy-free", "a nut allergy"."""
 
-AND = (
-    *(("and", "then"), ("and", "also"), ("and",), ("then",), ("after", "that"), ("&",), ("+",)),
-    *(("plus",), ("as", "well", "as"), ("followed", "by"), ("and", "after", "that")),
-)
+AND = _phrases("""
+    and then, and also, and, then, after that, &, +, plus, as well as, followed by
+    and after that
+""")
 OR = (("or",), ("either",), ("/",))
 BUT = (("but",), ("though",), ("however",))
-TO = (
-    ("to",),
-    ("into",),
-    ("onto",),
-    ("in",),
-    ("on",),
-    ("at",),
-    ("inside",),
-    ("over", "to"),
-    ("served", "on"),
-    ("served", "in"),
-    ("served", "at"),
-)
+TO = _phrases("""
+    to, into, onto, in, on, at, by, inside, over to, served on, served in, served at
+""")
 FROM = (("from",), ("off",))
 OF, FOR = (("of",),), (("for",),)
 

@@ -14,7 +14,7 @@ from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_l
 from adaptbot_cli.core.refine.mend import with_remedies
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
 from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Acted, sentences
@@ -44,8 +44,8 @@ class Acting:
     the steps tried so far, `helps` how many there were each time that the person helped. `passed`
     are all steps so far with what they changed, those that were dropped too, and `at` is how many
     of the plan at hand are among them; `left` are the steps still to be done, as a plan's text.
-    `changes` is what was done and seen, `surprises` what was seen otherwise than expected; `over`
-    is why no more can be done.
+    `changes` is what was done and seen, `surprises` what was seen otherwise than expected, `claims`
+    what the world says that things are like; `over` is why no more can be done.
     """
 
     confirm: Confirm = "none"
@@ -58,6 +58,7 @@ class Acting:
     passed: list[tuple[Step, Bound | None, Delta]] = field(default_factory=list)
     at: int = 0
     surprises: list[Delta] = field(default_factory=list)
+    claims: set[Triple] = field(default_factory=set)
     over: str = ""
 
     @property

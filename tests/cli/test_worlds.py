@@ -97,10 +97,12 @@ for line in sys.stdin:
 """
 
 
-def rude(home: Home, how: str, *more: str, seconds: float = 20, **env: str) -> Ended:
+def rude(
+    home: Home, how: str, *more: str, seconds: float = 20, task: str = "make tea", **env: str
+) -> Ended:
     """Have tea made by a process that behaves in some way."""
     return home.adaptbot(
-        *("run", "make tea", "--no-human", "--world", command(home, how)),
+        *("run", task, "--no-human", "--world", command(home, how)),
         *("--act-timeout", str(seconds), *more),
         **env,
     )
@@ -218,6 +220,12 @@ def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str
         assert "goal met" in ended.said
     acts = [said["act"] for said in heard(home) if "act" in said]
     assert acts == sorted(set(acts)) and acts[0] == 1
+    assert home.replays()
+
+
+def test_no_goal_is_met_against_what_the_world_says_that_a_thing_is_like(home: Home) -> None:
+    ended = rude(home, "what a thing is", task="dairy-free tea")
+    assert ended.code == 3 and "the world says otherwise: tea" in ended.said, ended.said
     assert home.replays()
 
 
