@@ -249,7 +249,7 @@ class _Steps:
 
     def run(self, body: list[Item | Block], names: dict[str, Any], condition: str) -> bool:
         """Work out the items of a body; tells whether it returned."""
-        for entry in body:
+        for n, entry in enumerate(body, start=1):
             if len(self.out) > 20 * _MOST_STEPS and self._stack:
                 return True
             if isinstance(entry, Block):
@@ -259,6 +259,7 @@ class _Steps:
                 # Behind a branch that returns, the rest is only done otherwise.
                 condition = condition or (entry.head if returned else "")
             elif entry.code == RETURN:
+                self._never_reached(body[n:], entry)
                 return True
             elif entry.code == BIND:
                 name, code = entry.written
@@ -272,6 +273,15 @@ class _Steps:
             elif entry.code != JUMP:
                 self._add(entry)
         return False
+
+    def _never_reached(self, body: Sequence[Item | Block], end: Item) -> None:
+        """Leave out aloud the steps behind a `return`."""
+        for entry in body:
+            own = not isinstance(entry, Block) or entry.kind != "function"
+            for item in (entry.items() if isinstance(entry, Block) else [entry]) if own else ():
+                if item.call:
+                    why = f"{shown(item.source)} stands behind {shown(end.source.strip())}"
+                    self._add(item.told(LEFT_OUT, f"{why}, so it is not done."))
 
     def _block(self, block: Block, names: dict[str, Any], condition: str) -> bool:
         if block.often and not block.steps():

@@ -361,6 +361,12 @@ def test_what_code_says_beforehand_is_read(text: str, expected: list[str]) -> No
     assert not {"P102", "P103"} & {*codes(text)}
 
 
+def test_steps_behind_a_return_are_left_out_aloud() -> None:
+    text = 'def plan():\n    fetch("egg")\n    return\n    fry("egg")\n\nplan()'
+    assert lines(text) == ['fetch("egg")'] and codes(text) == ["P105"]
+    assert "stands behind `return`" in message(text, "P105")
+
+
 def test_a_step_of_a_loop_stands_where_it_is_written() -> None:
     steps = parse('wait(1)\nfor a in ["x", "y"]:\n    wait(2)\n    mix(a)').calls
     assert [(step.line, step.source) for step in steps] == [
