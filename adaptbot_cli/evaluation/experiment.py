@@ -66,8 +66,15 @@ class Results:
 
     def add(self, trial: Json) -> None:
         """Write a trial that has ended."""
-        self.done[trial["id"], trial["arm"]] = trial
         self._write({"trial": trial})
+        self.done[trial["id"], trial["arm"]] = trial
+
+    def kept(self) -> int:
+        """Close the file; return the number of trials in it, wherever `add` was interrupted."""
+        if self._file is not None:
+            self.close(keep=True)
+            self._read()
+        return len(self.done)
 
     def close(self, keep: bool) -> None:
         """Close the file; remove it unless it is to be kept."""

@@ -369,6 +369,8 @@ def commit_edits(home: Home, message: str) -> str | None:
 
 def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:
     """Return the tasks whose library plan is judged otherwise after a change: task, old, new."""
+    if not delta:
+        return []
     before, now = home.kg, after(home, delta)
     found = []
     for task, plan in _plans(before, home.workspace.library(home.domain)):

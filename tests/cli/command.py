@@ -115,10 +115,10 @@ class Home:
         with self.begun(*arguments, stdin=stdin, **env) as begun:
             return begun.ends()
 
-    def adaptbots(self, commands: Sequence[Sequence[str]]) -> list[Ended]:
+    def adaptbots(self, commands: Sequence[Sequence[str]], **env: str) -> list[Ended]:
         """Run many commands in one process, for those that only read what they are told."""
         asked = json.dumps(commands).encode()
-        with self.begun(stdin=asked, entry="tests.cli.command:many") as begun:
+        with self.begun(stdin=asked, entry="tests.cli.command:many", **env) as begun:
             ended = begun.ends()
         assert ended.code == 0, ended.err
         return [Ended(*told) for told in ended.json()]

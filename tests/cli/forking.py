@@ -26,6 +26,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ IMPORTED = (
     "prompt_toolkit.shortcuts",
     "rich.live",
 )
+IF_THERE = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")
 NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.serving")
 
 
@@ -118,6 +120,8 @@ _kept: list[Any] = []
 def _serve(address: str) -> None:
     for name in IMPORTED:
         import_module(name)
+    for name in IF_THERE if find_spec("distributed") else ():
+        import_module(name)
     _warm_up()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     with socket.socket(socket.AF_UNIX) as listening:
@@ -144,6 +148,7 @@ def _warm_up() -> None:
         if not module.name.startswith(NOT_IMPORTED):
             import_module(module.name)
     WordNet().senses("pan")
+    WordNet().related("pan", frozenset({"noun.artifact"}))
     for domain in ("kitchen", "household"):
         sources.load(Workspace(Path("nowhere")), domain)
     gc.collect()
@@ -197,6 +202,8 @@ def _become(
     os.environ.update(environment)
     time.tzset()
     random.seed()
+    if "dask.config" in sys.modules:
+        sys.modules["dask.config"].refresh()  # it reads the environment when it is imported
     sys.stdin = io.TextIOWrapper(io.BufferedReader(io.FileIO(0, "r", closefd=False)), "utf-8")
     out, err = (io.FileIO(number, "w", closefd=False) for number in (1, 2))
     sys.stdout = io.TextIOWrapper(io.BufferedWriter(out), "utf-8", line_buffering=terminal)

@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 
 import adaptbot_cli
+from tests.cli import forking
 from tests.cli.command import ROOT, Begun, Home
 from tests.cli.test_check import TEA
 from tests.cli.test_eval import rows
@@ -27,7 +28,13 @@ from tests.loopback import says, serving
 pytest.importorskip("distributed")
 
 SITE = Path(sysconfig.get_path("purelib"))
-SOON = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s"}
+
+
+def within(seconds: float) -> dict[str, str]:
+    """How long a command waits for a scheduler and for a first worker."""
+    return {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": f"{seconds} s"}
+
+
 WRONG = TEA.replace("boil", "simmer")
 
 
@@ -37,16 +44,16 @@ class Cluster:
 
     home: Home
     address: str = ""
-    parts: dict[str, subprocess.Popen[bytes]] = field(default_factory=dict)
+    parts: dict[str, forking.Process] = field(default_factory=dict)
 
-    def start(self, name: str, *arguments: str, python: Sequence[str] = (), **env: str) -> Path:
+    def start(self, name: str, what: str, *arguments: str, entry: str = "", **env: str) -> Path:
         """Start a part; return the file of what it writes."""
         log = self.home.folder / f"{name}.log"
-        with log.open("wb") as out:
-            self.parts[name] = subprocess.Popen(
-                [sys.executable, *python, "-m", f"distributed.cli.dask_{arguments[0]}",
-                 *arguments[1:], "--no-dashboard"],
-                cwd=self.home.folder, env=self.home.environment(**env), stdout=out, stderr=out,
+        with log.open("wb") as out, Path(os.devnull).open("rb") as nothing:
+            self.parts[name] = forking.start(
+                [*arguments, "--no-dashboard"], self.home.folder, self.home.environment(**env),
+                (nothing.fileno(), out.fileno(), out.fileno()),
+                entry=entry or f"distributed.cli.dask_{what}:main",
             )  # fmt: skip
         return log
 
@@ -59,25 +66,29 @@ class Cluster:
         self.until("scheduler", lambda: told.exists() and told.read_text().endswith("}"))
         self.address = json.loads(told.read_text())["address"]
 
-    def workers(self, *names: str, python: Sequence[str] = (), **env: str) -> None:
+    def workers(self, *names: str, **how: str) -> None:
         """Start workers of one thread, and wait until the scheduler has them."""
         told = [self.address, "--no-nanny", "--nthreads", "1", "--memory-limit", "0"]
-        logs = {name: self.start(name, "worker", *told, python=python, **env) for name in names}
+        logs = {name: self.start(name, "worker", *told, **how) for name in names}
         for name, log in logs.items():
             self.until(name, lambda log=log: "Registered to:" in log.read_text())
+
+    def left(self) -> int:
+        """Return how many workers have left the scheduler."""
+        return (self.home.folder / "scheduler.log").read_text().count("Remove worker")
 
     def until(self, name: str, seen: Any) -> None:
         """Wait for an event, as long as a part of the cluster lives."""
         while not seen():
             log = (self.home.folder / f"{name}.log").read_text()
-            assert self.parts[name].poll() is None, log
+            assert self.parts[name].runs, log
             time.sleep(0.02)
 
     def kill(self, name: str, number: signal.Signals = signal.SIGKILL) -> None:
         """End a part of the cluster, by its own process id."""
         process = self.parts.pop(name)
-        process.send_signal(number)
-        process.wait(60)
+        process.kill(number)
+        process.wait()
 
 
 @contextmanager
@@ -123,7 +134,9 @@ def begun_trials(running: Begun, results: Path, n: int = 4) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("more", [[], ["--cumulative", "--plot", "drawn.svg"]])
+@pytest.mark.parametrize(
+    "more", [["--cumulative", "--plot", "drawn.svg"], pytest.param([], marks=pytest.mark.slow)]
+)
 def test_a_worker_killed_in_the_middle_changes_nothing_of_the_report(
     more: list[str], home: Home
 ) -> None:
@@ -149,14 +162,14 @@ def test_a_worker_killed_in_the_middle_changes_nothing_of_the_report(
 
 
 def test_what_was_done_is_kept_when_the_cluster_or_its_user_goes(home: Home) -> None:
-    command = many(home, 60)
+    command = many(home, 20)
     results = home.folder / "kept.jsonl"
     with cluster(home, "one") as those:
         at = [*command, "--cluster", those.address, "--results", str(results), "--json"]
 
         def ends(event: Any) -> Any:
             n = len(lines(results))
-            with home.begun(*at, **SOON) as running:
+            with home.begun(*at, **within(3)) as running:
                 begun_trials(running, results, n + 2)
                 event(running)
                 ended = running.ends()
@@ -166,19 +179,19 @@ def test_what_was_done_is_kept_when_the_cluster_or_its_user_goes(home: Home) -> 
         ended = ends(lambda running: running.process.kill(signal.SIGINT))
         kept = len(lines(results)) - 1
         assert ended.code == 130
-        assert f"{kept} of 180 trials are kept: the same command goes on" in ended.err
+        assert f"{kept} of 60 trials are kept: the same command goes on" in ended.err
 
         ended = ends(lambda running: those.kill("one"))
         assert (ended.code, ended.json()["error"]["code"]) == (1, "adaptbot")
-        assert "has had no worker for 5 s; start some with `dask worker tcp://" in ended.err
+        assert "has had no worker for 3 s; start some with `dask worker tcp://" in ended.err
 
         those.workers("one")
         ended = ends(lambda running: those.kill("scheduler"))
         assert ended.code == 1 and "was lost: its scheduler" in ended.err
         assert ended.json()["error"]["remedy"].startswith("start it again, and the same command")
     whole = home.adaptbot(*command, "--results", str(results), "--json")
-    assert whole.code == 0 and whole.json()["arms"]["llm"]["n"] == 60
-    assert len(lines(results)) == 181, "no trial was run twice"
+    assert whole.code == 0 and whole.json()["arms"]["llm"]["n"] == 20
+    assert len(lines(results)) == 61, "no trial was run twice"
 
 
 def test_a_trial_that_workers_die_of_is_given_up(home: Home) -> None:
@@ -208,24 +221,31 @@ def test_what_is_no_cluster_is_said(used: Home) -> None:
     with socket.socket() as closed, cluster(used) as those, serving() as other:
         closed.bind(("127.0.0.1", 0))  # it does not listen
         port = closed.getsockname()[1]
+        password = ["--model", "openai/x", "--api-base", "http://a:b@c/"]
         wrong = [
-            (["--cluster", "here"], 2, '"here" is no address of a Dask scheduler'),
-            (["--cluster", "http://127.0.0.1:1"], 2, "is no address of a Dask scheduler"),
-            (["--cluster", those.address, "--jobs", "2"], 2, "has its own workers"),
-            (["--cluster", f"127.0.0.1:{port}"], 1, "start it with `dask scheduler`"),
-            (["--cluster", other.url.split("/")[2]], 1, "no Dask scheduler answers"),
-            (["--cluster", those.address.replace("tcp", "tls")], 1, "takes these certificates"),
-            (["--cluster", those.address], 1, "has had no worker for 5 s"),
-            (["--cluster", those.address, "--model", "local"], 2, "a model on board is"),
-            (
-                ["--cluster", those.address, "--model", "openai/x", "--api-base", "http://a:b@c/"],
-                *(2, "holds a password"),
-            ),
+            ("here", [], 2, '"here" is no address of a Dask scheduler'),
+            ("http://127.0.0.1:1", [], 2, "is no address of a Dask scheduler"),
+            (those.address, ["--jobs", "2"], 2, "has its own workers"),
+            (f"127.0.0.1:{port}", [], 1, "start it with `dask scheduler`"),
+            (other.url.split("/")[2], [], 1, "no Dask scheduler answers"),
+            (those.address.replace("tcp", "tls"), [], 1, "takes these certificates"),
+            (those.address, ["--model", "local"], 2, "a model on board is"),
+            (those.address, password, 2, "holds a password"),
         ]
-        for more, code, said in wrong:
-            ended = used.adaptbot(*command, *more, **SOON)
-            assert (ended.code, said in ended.said) == (code, True), (more, ended)
+        asked = [[*command, "--cluster", address, *more] for address, more, *_ in wrong]
+        for (*_, code, said), ended in zip(
+            wrong, used.adaptbots(asked, **within(0.5)), strict=True
+        ):
+            assert (ended.code, said in ended.said) == (code, True), ended
             assert "Traceback" not in ended.err
+        alone = used.adaptbot(*command, "--cluster", those.address, **within(3))
+        assert alone.code == 1 and "has had no worker for 3 s" in alone.said
+
+
+def of_another_place() -> None:
+    """Be a worker that has only the packages of PYTHONPATH."""
+    worker = ["-S", "-m", "distributed.cli.dask_worker", *sys.argv[1:]]
+    os.execv(sys.executable, [sys.executable, *worker])
 
 
 def without_adaptbot(folder: Path) -> Path:
@@ -254,16 +274,21 @@ def test_a_machine_with_another_program_is_named(home: Home) -> None:
     (older / "adaptbot_cli-0.0.1.dist-info" / "METADATA").write_text(
         "Metadata-Version: 2.1\nName: adaptbot-cli\nVersion: 0.0.1\n"
     )
-    for place, said in (
-        (bare, "has adaptbot-cli (not installed), and here it is"),
-        (older, "has adaptbot-cli 0.0.1, and here it is"),
-        (changed, "runs another state of the program; install the same there"),
-    ):
-        with cluster(home) as those:
-            those.workers("odd", python=["-S"], PYTHONPATH=str(place))
+    with cluster(home) as those:
+        for place, said in (
+            (bare, "has adaptbot-cli (not installed), and here it is"),
+            (older, "has adaptbot-cli 0.0.1, and here it is"),
+            (changed, "runs another state of the program; install the same there"),
+        ):
+            odd = place.name
+            entry = "tests.cli.test_cluster:of_another_place"
+            those.workers(odd, entry=entry, PYTHONPATH=str(place))
             ended = home.adaptbot(*command, "--cluster", those.address)
             assert (ended.code, "Traceback" in ended.err) == (1, False), ended
             assert "the worker at tcp://127.0.0.1:" in ended.said and said in ended.said
+            left = those.left()
+            those.kill(odd)
+            those.until("scheduler", lambda left=left: those.left() > left)  # type: ignore[misc]
     ended = home.python("-S", "-m", "adaptbot_cli", *command, "--cluster", "127.0.0.1:1",
                         PYTHONPATH=f"{ROOT}:{without_dask(home.folder / 'base')}")  # fmt: skip
     assert ended.code == 2 and "pip install 'adaptbot-cli[cluster]'" in ended.said

@@ -73,7 +73,7 @@ def carry_out(experiments: "Sequence[Experiment]", path: Path | None) -> list[di
         finished = True
         return trials
     except KeyboardInterrupt:
-        done = sum(len(each.done) for each in results)
+        done = sum(each.kept() for each in results)
         raise Interrupted(
             f"interrupted; {done} of {total} trials are kept: the same command goes on from there"
         ) from None
