@@ -22,7 +22,7 @@ import json, os, subprocess, sys, time
 how = sys.argv[1]
 log = open(sys.argv[2], "a")
 if how == "leaves a child":
-    child = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(60)"
+    child = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(600)"
     log.write(str(subprocess.Popen([sys.executable, "-c", child]).pid) + "\\n")
 for line in sys.stdin:
     said = json.loads(line)
@@ -111,7 +111,7 @@ def rude(
 def command(home: Home, how: str) -> str:
     script = home.write("rude.py", RUDE)
     log, go_on = home.folder / "log", home.folder / "go on"
-    return f"exec:'{sys.executable}' '{script}' '{how}' '{log}' '{go_on}'"
+    return f"exec:'{sys.executable}' -IS '{script}' '{how}' '{log}' '{go_on}'"
 
 
 def heard(home: Home) -> list[dict[str, Any]]:
@@ -200,7 +200,6 @@ FAULTS = {
     "no character": (0, "a ? b"),
     "what cannot be": (0, "it says what cannot be: fridge:"),
     "says it all at once": (0, "): it was asked only now"),
-    "leaves a child": (0, ""),
     "no goal": (3, "the world says that the goal is not met: the tea is cold"),
     "no boolean": (3, 'its goal is neither true nor false: "no"'),
     "last words": (0, "no JSON object"),
@@ -230,11 +229,9 @@ def test_no_goal_is_met_against_what_the_world_says_that_a_thing_is_like(home: H
 
 
 def test_nothing_that_a_process_has_started_is_left_behind_or_waited_for(home: Home) -> None:
-    before = time.monotonic()
     assert rude(home, "leaves a child").code == 0
-    assert time.monotonic() - before < 50, "it has waited for the child"
     child = int((home.folder / "log").read_text().splitlines()[0])
-    wait_for(lambda: not Path(f"/proc/{child}/cmdline").is_file() or not cmdline(child), 10)
+    wait_for(lambda: not Path(f"/proc/{child}/cmdline").is_file() or not cmdline(child))
 
 
 def cmdline(process: int) -> str:
@@ -356,8 +353,8 @@ def test_a_process_is_told_which_robot_acts_and_resume_acts_as_it(home: Home) ->
 
 def test_a_step_that_is_answered_late_is_told_once_and_counts(home: Home) -> None:
     run = ["run", "make tea", "--no-human", "--world", command(home, "holds step 4")]
-    with tty(home, *run, "--act-timeout", "5") as terminal:
-        terminal.process.expect_exact("it did not answer within 5 seconds")
+    with tty(home, *run, "--act-timeout", "3") as terminal:
+        terminal.process.expect_exact("it did not answer within 3 seconds")
         (home.folder / "go on").touch()
         assert terminal.ends() == 0
     acts = [message["act"] for message in heard(home) if "act" in message]
