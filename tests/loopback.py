@@ -9,7 +9,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -302,10 +302,28 @@ class Loopback(ThreadingHTTPServer):
         """What --api-base takes."""
         return f"{self.root}/v1"
 
+    def environment(self) -> dict[str, str]:
+        """How a command reaches it."""
+        return {
+            "ADAPTBOT_MODEL": "openai/planner",
+            "OPENAI_API_BASE": self.url,
+            "OPENAI_API_KEY": "none",
+        }
+
+    @property
+    def prompts(self) -> list[str]:
+        """The last message of each request."""
+        return [asked.body["messages"][-1]["content"] for asked in self.asked]
+
     def next(self, asked: Asked) -> Answer:
         """Keep a request and return its answer."""
         self.asked.append(asked)
         return self.answers[min(len(self.asked), len(self.answers)) - 1]
+
+
+def scripted(*texts: str) -> AbstractContextManager[Loopback]:
+    """Serve a model that gives these texts."""
+    return serving(*map(says, texts))
 
 
 @contextmanager

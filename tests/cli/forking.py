@@ -33,6 +33,10 @@ from typing import Any
 IMPORTED = (
     "adaptbot_cli.cli.main",
     "litellm",
+    "litellm.integrations.generic_api",
+    "litellm.proxy._types",
+    "h2.connection",
+    "httpcore",
     "nltk.corpus.reader.wordnet",
     "pytest",
     "prompt_toolkit.shortcuts",
@@ -138,8 +142,9 @@ def _serve(address: str) -> None:
 
 
 def _warm_up() -> None:
-    """Do once what each command would do again: import, open the lexicon, read the packs."""
+    """Do once what each command would do again: import, open files that are large, read packs."""
     from adaptbot_cli.adapters.lexicon import WordNet
+    from adaptbot_cli.adapters.planner.tokens import of_text
     from adaptbot_cli.session import sources
     from adaptbot_cli.workspace import Workspace
 
@@ -147,6 +152,7 @@ def _warm_up() -> None:
     for module in pkgutil.walk_packages(package, "adaptbot_cli."):
         if not module.name.startswith(NOT_IMPORTED):
             import_module(module.name)
+    of_text("openai/planner", "pan")
     WordNet().senses("pan")
     WordNet().related("pan", frozenset({"noun.artifact"}))
     for domain in ("kitchen", "household"):

@@ -11,7 +11,7 @@ import pytest
 from tests.cli.command import Home
 from tests.cli.test_check import HOME, TEA
 from tests.evaluation.test_published import plant, recording
-from tests.modelserver import scripted_model
+from tests.loopback import scripted
 
 ARMS = ["llm", "llm+kg", "llm+kg+human"]
 M = {
@@ -138,14 +138,14 @@ def test_live_with_the_library(used: Home) -> None:
 def test_live_with_a_server_of_ones_own(used: Home) -> None:
     path = used.write("tasks.txt", "make tea: tea\n")
     kept = f"{path}.kept"
-    with scripted_model('pick_up_obj("tea")') as model:
+    with scripted('pick_up_obj("tea")') as model:
         ended = used.adaptbot(
-            "eval", path, "--domain", "kitchen", "--model", "openai/scripted",
+            "eval", path, "--domain", "kitchen", "--model", "openai/planner",
             "--api-base", model.url, "--replans", "0", "--json", "--answers", kept,
             OPENAI_API_KEY="none",
         )  # fmt: skip
         again = used.adaptbot(
-            "eval", path, "--domain", "kitchen", "--model", "openai/scripted", "--jobs", "1",
+            "eval", path, "--domain", "kitchen", "--model", "openai/planner", "--jobs", "1",
             "--api-base", model.url, "--replans", "0", "--json", "--answers", kept,
             "--arms", "llm", OPENAI_API_KEY="none",
         )  # fmt: skip

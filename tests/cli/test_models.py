@@ -185,7 +185,7 @@ def test_what_was_recorded_live_replays_byte_for_byte(home: Home, tmp_path: Path
             recorder.finished(replay(recorded, workspace, [recorder]))
         assert again.read_bytes() == recorded.read_bytes()
         assert KEY.encode() not in recorded.read_bytes()
-        assert "litellm" not in imported(home, "replay", str(recorded), *kept[:2])
+    assert "litellm" not in imported(home, "replay", str(recorded), *kept[:2])
 
 
 _FIRST_LINE = """

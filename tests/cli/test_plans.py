@@ -18,7 +18,7 @@ from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.resources import bundled
 from tests.cli.attended import ENTER, tty
 from tests.cli.command import Home
-from tests.modelserver import scripted_model
+from tests.loopback import scripted
 
 MILK = """pick_up_rec("glass")
 put_down_rec("glass", "table")
@@ -79,7 +79,7 @@ def test_a_plan_that_was_changed_is_kept_comes_first_and_can_be_taken_back(home:
 
 def test_a_plan_of_a_model_is_kept_once_it_has_met_its_goal_in_the_world(home: Home) -> None:
     answers, world = ("--answers", home.write("answers.yaml", KEEP)), home.write("world.ttl", "")
-    with scripted_model(MILK) as model:
+    with scripted(MILK) as model:
         env = model.environment()
         first = home.adaptbot("run", "glass of milk", *answers, **env)
         assert "was not asked for" in first.said  # a rehearsal proves nothing
@@ -96,7 +96,7 @@ def test_a_kept_plan_that_no_longer_serves_gives_way_to_the_planner(home: Home) 
     usual = calls(home, "boiled egg")
     keep(home, 'pick_up_obj("unicorn")\nboil("egg", "pot")')
     assert calls(home, "boiled egg", "--no-human") == usual
-    with scripted_model(MILK) as model:
+    with scripted(MILK) as model:
         home.adaptbot("run", "boiled egg", "--no-human", "--replans", "1", **model.environment())
         assert "unicorn" in model.prompts[0]  # it is asked to mend the kept plan
 

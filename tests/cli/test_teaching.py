@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.attended import CTRL_U, ENTER, Tty, tty
 from tests.cli.command import Home
-from tests.modelserver import ScriptedModel, scripted_model
+from tests.loopback import Loopback, scripted
 
 SNACK = "make a snack"
 HOW = 'I do not know how to "{}"'
@@ -18,10 +18,10 @@ NOT_AGAIN = ("Shall I keep this plan", "n")
 
 
 @contextmanager
-def snack(home: Home, plans: Sequence[str], *more: str) -> Iterator[tuple[Tty, ScriptedModel]]:
+def snack(home: Home, plans: Sequence[str], *more: str) -> Iterator[tuple[Tty, Loopback]]:
     """Ask a model that has some plans for a task that is not listed, and confirm it."""
     with (
-        scripted_model(*plans) as model,
+        scripted(*plans) as model,
         tty(home, "run", SNACK, *more, **model.environment()) as opened,
     ):
         opened.answers(("Do you mean this", "y"))

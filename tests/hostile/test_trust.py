@@ -142,7 +142,14 @@ def redirects(to: str) -> Answer:
     return answer
 
 
-@pytest.mark.parametrize("model", ["openai/planner", "anthropic/claude-haiku-4-5", "gemini/g"])
+@pytest.mark.parametrize(
+    "model",
+    [
+        "openai/planner",
+        "anthropic/claude-haiku-4-5",
+        pytest.param("gemini/g", marks=pytest.mark.slow),  # the same client, and seconds of retries
+    ],
+)
 def test_no_redirect_is_followed_with_a_key(home: Home, model: str) -> None:
     with serving(says(TEA)) as other:
         with serving(redirects(other.url.replace("127.0.0.1", "localhost"))) as at:

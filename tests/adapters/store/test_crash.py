@@ -82,7 +82,8 @@ def share(root: Path) -> None:
 
 
 VERBS: list[tuple[Callable[[Path], None], bool]] = [
-    (run, False), (run, True), (apply, False), (update, False), (commit, True), (new, False),]  # fmt: skip
+    (run, False), (run, True), (apply, False), (update, False), (commit, True),
+    (new, False),]  # fmt: skip
 # These take the steps of `run` or `update`, or all of them together.
 LONG = [(add, False), (retract, False), (revert, False), (take_in, False),
         (share, False), (share, True)]  # fmt: skip

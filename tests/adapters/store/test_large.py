@@ -25,10 +25,11 @@ from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.resources import bundled
 from tests.adapters.store.homes import ex
-from tests.cli.command import Home
+from tests.cli.command import MOVED, Home
 
 PACK = read_files(bundled("kg") / "kitchen")
 LARGE = "[kg]\nlarge = 10\n"
+MOVE = ("kg", "query", "--update", MOVED.format("egg", "table"), "--yes")
 LEEK = "leek: {existence: exists, kind: object, obj_location: fridge}\n"
 
 
@@ -289,7 +290,7 @@ def test_a_thing_that_was_moved_to_another_file_by_hand_is_changed_there() -> No
 
 def test_commands_on_divided_files(home: Home, tmp_path: Path) -> None:
     home.write("answers.yaml", LEEK)
-    assert home.adaptbot("kg", "set", "egg", "obj_location", "table", "--yes").code == 0
+    assert home.adaptbot(*MOVE).code == 0
     assert "committed" in home.adaptbot("kg", "split").said
     assert "already" in home.adaptbot("kg", "split").said
     assert home.adaptbot("kg", "add", "leek", "--answers", "answers.yaml", "--yes").code == 0
@@ -315,7 +316,7 @@ def test_commands_on_divided_files(home: Home, tmp_path: Path) -> None:
 
 
 def test_a_linked_folder_of_facts_is_refused(home: Home, tmp_path: Path) -> None:
-    assert home.adaptbot("kg", "set", "egg", "obj_location", "table", "--yes").code == 0
+    assert home.adaptbot(*MOVE).code == 0
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "a.ttl").write_text("nonsense")
     (home.workspace / "kg" / "kitchen" / "state").symlink_to(tmp_path / "elsewhere")
@@ -350,7 +351,7 @@ def test_files_are_not_divided_into_more_than_are_read() -> None:
 
 
 def test_a_new_file_written_by_hand_is_an_edit_by_hand(home: Home) -> None:
-    assert home.adaptbot("kg", "set", "egg", "obj_location", "table", "--yes").code == 0
+    assert home.adaptbot(*MOVE).code == 0
     assert home.adaptbot("kg", "split").code == 0
     state = home.workspace / "kg" / "kitchen" / "state"
     (state / "object-1.ttl").rename(state / "mine.ttl")
@@ -359,7 +360,7 @@ def test_a_new_file_written_by_hand_is_an_edit_by_hand(home: Home) -> None:
 
 
 def test_a_file_whose_name_nobody_can_read_is_refused(home: Home) -> None:
-    assert home.adaptbot("kg", "set", "egg", "obj_location", "table", "--yes").code == 0
+    assert home.adaptbot(*MOVE).code == 0
     assert home.adaptbot("kg", "split").code == 0
     state = home.workspace / "kg" / "kitchen" / "state"
     for name in (b"\xff.ttl", b"a\x1b[31m.ttl", "a\u202elt.ttl".encode()):
