@@ -57,12 +57,6 @@ class Pack:
         wanted = predicates or NAMES
         return {str(name) for p in wanted for name in self.graph("attributes").objects(None, p)}
 
-    def classes_of(self, node: Node) -> set[Node]:
-        """Return a thing's class and all classes above it."""
-        kinds = self.facts.objects(node, RDF.type)
-        above = (self.schema.transitive_objects(kind, RDFS.subClassOf) for kind in kinds)
-        return {kind for kinds in above for kind in kinds if kind}
-
     def tasks(self) -> list[str]:
         """Return the tasks' labels in alphabetical order."""
         tasks = self.graph("tasks")

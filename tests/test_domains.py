@@ -1,49 +1,21 @@
-"""Check each bundled domain's graphs, tasks and plan library against its own vocabulary."""
+"""What `adaptbot domain check` does not judge of a bundled domain's graphs, tasks and plans."""
 
 import re
+from pathlib import Path
 
 import pytest
-from rdflib import RDF, RDFS, XSD, Literal, URIRef
+from rdflib import RDF, RDFS
 from rdflib.collection import Collection
 
+from tests.cli.command import Home
 from tests.packs import AB, EX, NAMES, PACKS, TRUE, Pack, calls
 
 pytestmark = pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.name)
 
 
-@pytest.mark.parametrize(("name", "kind"), [("attributes", AB.attribute), ("state", AB.state)])
-def test_every_predicate_is_declared_for_its_graph(pack: Pack, name: str, kind: URIRef) -> None:
-    for predicate in set(pack.graph(name).predicates()) - {RDF.type, AB.alias}:
-        assert pack.schema.value(predicate, AB.graph) == kind, predicate
-
-
-def test_types_stand_with_the_attributes_only(pack: Pack) -> None:
-    assert not list(pack.graph("state").triples((None, RDF.type, None)))
-    assert set(pack.graph("state").subjects()) <= set(pack.graph("attributes").subjects())
-    for node in set(pack.facts.subjects()):
-        assert len(list(pack.facts.objects(node, RDF.type))) == 1, node
-
-
-def test_every_fact_keeps_domain_and_range(pack: Pack) -> None:
-    for subject, predicate, value in pack.facts:
-        if predicate == AB.alias:
-            continue
-        if predicate == RDF.type:
-            assert (value, RDF.type, RDFS.Class) in pack.schema
-            continue
-        domain = pack.schema.value(predicate, RDFS.domain)
-        assert domain in pack.classes_of(subject), (subject, predicate)
-        wanted = pack.schema.value(predicate, RDFS.range)
-        if isinstance(value, Literal):
-            assert value.datatype in ({XSD.string, None} if wanted == XSD.string else {wanted})
-        else:
-            assert wanted in pack.classes_of(value), (subject, predicate, value)
-
-
-def test_no_functional_property_has_two_values(pack: Pack) -> None:
-    for predicate in pack.schema.subjects(AB.functional, TRUE):
-        subjects = list(pack.facts.subjects(predicate, None))
-        assert len(subjects) == len(set(subjects)), predicate
+def test_its_check_finds_no_fault(pack: Pack, tmp_path: Path) -> None:
+    checked = Home(tmp_path).adaptbot("domain", "check", pack.name)
+    assert checked.code == 0, checked.said
 
 
 def test_names_are_the_identifiers_and_no_alias_is_a_name(pack: Pack) -> None:
@@ -118,17 +90,6 @@ def test_no_goal_of_a_task_holds_before_the_plan(pack: Pack) -> None:
         for name in re.findall(r"\bex:(\w+)", ask):
             known = (EX[name], None, None)
             assert known in pack.facts or known in pack.schema, f"unknown: ex:{name}"
-
-
-def test_no_alias_is_another_tasks_name(pack: Pack) -> None:
-    tasks = pack.graph("tasks")
-    names = [str(n).lower() for p in (RDFS.label, AB.alias) for n in tasks.objects(None, p)]
-    assert len(names) == len(set(names))
-
-
-def test_no_name_belongs_to_two_plans(pack: Pack) -> None:
-    names = [name for plan in pack.library().values() for name in plan.names]
-    assert len(names) == len(set(names))
 
 
 def test_each_plan_renders_to_known_calls(pack: Pack) -> None:

@@ -3,7 +3,6 @@
 from typing import Any, Final
 
 import pytest
-from rdflib import RDF
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
@@ -70,20 +69,6 @@ RECORDED_DISHES: Final = (
     "carrot pudding",
     "banana chips",
 )
-OBJECT_ATTRIBUTES: Final = (
-    EX.IsLiquid,
-    EX.IsSliceable,
-    EX.Boilable,
-    EX.Fryable,
-    EX.NeedsToBeCleaned,
-    EX.IsBig,
-)
-STATE_OF_ATTRIBUTE: Final = {
-    EX.IsSliceable: EX.sliced,
-    EX.Boilable: EX.IsBoiled,
-    EX.Fryable: EX.IsFried,
-    EX.NeedsToBeCleaned: EX.IsCleaned,
-}
 ATTRIBUTE_OF_ROLE: Final = {
     "sliced": EX.IsSliceable,
     "boiled": EX.Boilable,
@@ -100,18 +85,6 @@ def known_names() -> set[str]:
 def test_size_is_at_least_that_of_the_published_graph() -> None:
     assert len(set(FACTS.subjects())) >= 79
     assert len(FACTS) >= 772
-
-
-def test_every_object_has_all_attributes_and_its_states() -> None:
-    objects = set(FACTS.subjects(RDF.type, EX.object))
-    assert objects
-    for thing in objects:
-        assert FACTS.value(thing, EX.obj_location) is not None, thing
-        for attribute in OBJECT_ATTRIBUTES:
-            assert FACTS.value(thing, attribute) in (TRUE, FALSE), (thing, attribute)
-        for attribute, state in STATE_OF_ATTRIBUTE.items():
-            applies = FACTS.value(thing, attribute) == TRUE
-            assert FACTS.value(thing, state) == (FALSE if applies else None), (thing, state)
 
 
 def test_a_liquid_is_neither_sliced_nor_washed_nor_fried() -> None:
@@ -135,11 +108,6 @@ def test_the_demos_missing_things_are_missing() -> None:
 
 def test_the_task_list_is_the_paper_recipes_and_the_recorded_dishes() -> None:
     assert KITCHEN.tasks() == sorted([*PAPER_RECIPES, *RECORDED_DISHES])
-
-
-@pytest.mark.parametrize("task", KITCHEN.tasks())
-def test_a_task_needs_ingredients(task: str) -> None:
-    assert set(KITCHEN.needs(task)) <= known_names()
 
 
 def check_plan(plan: LibraryPlan, task: str, items: list[str]) -> None:

@@ -183,7 +183,7 @@ DIALOGUES: dict[str, tuple[str, tuple[Step, ...], Any]] = {
     ),
     "a place that is written otherwise": (
         "form",
-        (FORM, "xx", CTRL_U, "gren boks", ("a new place: gren boks", "green box"), DOWN, ENTER,
+        (FORM, "xx", CTRL_U, "gren boks", ("gren boks", "green box"), DOWN, ENTER,
          ("green box",), TAB),
         ["green_box", "yes", "later", "later", "later"],
     ),

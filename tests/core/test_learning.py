@@ -300,50 +300,6 @@ def test_only_required_items_are_asked_about_where_that_is_wanted() -> None:
     assert question.about == "slab"
 
 
-NASTY = (
-    "o'brien's vice",
-    "left/right\\up",
-    "🔨",
-    "🔨 vice",
-    "פטיש",
-    "مطرقة",
-    "a" * 300,
-    "egg> . <x> <y",
-    '"; DROP',
-    "2nd board",
-    "100%",
-    "..",
-    "a\nb",
-    "{name}",
-    "vise\u202e",
-    "-",
-)
-
-
-@pytest.mark.parametrize("name", NASTY)
-def test_any_name_becomes_a_safe_iri_and_is_found_again(name: str) -> None:
-    kg = workshop()
-    before = facts(kg)
-    delta = learning.existence(kg, name, kg.domain.kinds[PART])
-    [iri] = {s for s, _, _ in delta.added}
-    assert isinstance(iri, URIRef)
-    end = iri.removeprefix(W)
-    assert end.isascii()
-    assert end.replace("_", "").isalnum()
-    assert end[0].isalpha()
-    assert len(end) <= 70
-    kg.learn(delta)
-    assert iri in kg.find(name)
-    assert len(facts(kg)) == len(before) + len(delta.added)
-
-
-@pytest.mark.parametrize("name", NASTY)
-def test_a_question_about_any_name_can_be_put(name: str) -> None:
-    kg = workshop()
-    prop = kg.domain.properties[URIRef(W + "drillable")]
-    assert learning.attribute_question(kg, name, prop, "").text.startswith("Can one drill ")
-
-
 @examples(60)
 @given(st.lists(st.text(max_size=40), min_size=1, max_size=4))
 def test_different_names_get_different_iris(names: list[str]) -> None:
