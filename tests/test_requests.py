@@ -39,10 +39,14 @@ def kg_of(domain: str) -> Kg:
     return load(Workspace(Path("nowhere")), domain)
 
 
+known = cache(kg_of)
+"""The bundled graph of a domain, for what changes nothing."""
+
+
 @cache
 def reading(domain: str, text: str) -> Reading:
     """What a request means on the bundled graph."""
-    return reading_of(text, kg_of(domain))
+    return reading_of(text, known(domain))
 
 
 def run(domain: str, text: str, human: Human | None = None) -> Result:

@@ -148,7 +148,12 @@ def pursued(home: Home, at: Loopback, **request: Any) -> tuple[Result, str]:
     return result, console.file.getvalue()
 
 
-@pytest.mark.parametrize("name", HTTP)
+LATE = {"hang"}  # as late as "drip"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LATE)) for name in HTTP]
+)
 def test_a_model_that_fails_at_a_re_prompt_loses_nothing(
     home: Home, name: str, loaded: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -209,7 +209,13 @@ FAULTS = {
 """What a process does, the exit code, and what is said of it. A step that failed is tried again."""
 
 
-@pytest.mark.parametrize("how", FAULTS)
+SLOW = {"closes its output"}
+"""A process that is given up only after all that is waited for; one that "dies" closes it, too."""
+
+
+@pytest.mark.parametrize(
+    "how", [pytest.param(how, marks=[pytest.mark.slow] * (how in SLOW)) for how in FAULTS]
+)
 def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str) -> None:
     code, told = FAULTS[how]
     ended = rude(home, how, seconds=2 if how in ("silent", "no number") else 30)

@@ -49,7 +49,13 @@ def test_a_condition_that_never_ends(home: Home) -> None:
     assert "did not end in 10 s" in ended.said
 
 
-@pytest.mark.parametrize("path", CONDITIONS, ids=lambda path: path.stem)
+CLOCK = "endless-without-a-graph"  # its ten seconds pass in `test_a_condition_that_never_ends`, too
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=[pytest.mark.slow] * (p.stem == CLOCK), id=p.stem) for p in CONDITIONS],
+)
 def test_a_condition_of_a_pack(home: Home, path: Path) -> None:
     """It is seen when the pack is read; the server that it names is never asked."""
     with serving() as at:
