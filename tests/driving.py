@@ -1,8 +1,8 @@
 """Drives the method with scripted replies: what a session does, without ports or patches."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from adaptbot_cli.core.editing import Edit
 from adaptbot_cli.core.kg import Kg
@@ -27,6 +27,19 @@ from adaptbot_cli.core.words import Related
 from tests.worlds import parsed
 
 Answers = Answer | Mapping[str, str]
+R = TypeVar("R")
+
+
+def played(turns: Generator[Turn, Any, R], reply: Callable[[Turn], Any]) -> R:
+    """Reply to each turn, to the end; return what comes of it."""
+    given: Any = None
+    while True:
+        try:
+            turn = turns.send(given)
+        except StopIteration as stop:
+            result: R = stop.value
+            return result
+        given = reply(turn)
 
 
 @dataclass
@@ -96,11 +109,4 @@ def drive(
 ) -> Result:
     """Run the method to its end."""
     turns = pursue(task, kg, parse, policy, replans)
-    reply: Any = None
-    while True:
-        try:
-            turn = turns.send(reply)
-        except StopIteration as stop:
-            result: Result = stop.value
-            return result
-        reply = script.reply(turn, kg)
+    return played(turns, lambda turn: script.reply(turn, kg))

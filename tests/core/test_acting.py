@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import pytest
-from rdflib import RDF, BNode, Graph, Literal, URIRef
+from rdflib import RDF, BNode, Graph, URIRef
 from rdflib.collection import Collection
 
 from adaptbot_cli.adapters.store.files import read_files
@@ -72,29 +72,6 @@ def test_what_it_means_is_shown_with_the_things_of_the_plan() -> None:
     )
 
 
-NEW = {
-    "existence sand": "exists",
-    "action sand like": "none",
-    "action sand changes_1": "part: drilled",
-    "action sand changes_2": "done",
-    "action sand requires_1": "heater must be on",
-    "action sand requires_2": "done",
-    "action sand means": "yes",
-}
-
-
-def test_a_new_action_changes_what_was_picked_and_needs_what_was_picked() -> None:
-    result, _ = taught("sand(board)", NEW)
-    assert [step.call.render() for step in result.report.live] == [
-        'switch("stove", "on")',
-        'sand("board")',
-        'switch("stove", "off")',
-    ]
-    [removed, added] = result.report.deltas[1].removed, result.report.deltas[1].added
-    assert added == {(URIRef(W + "board"), URIRef(W + "drilled"), Literal(True))}
-    assert removed == {(URIRef(W + "board"), URIRef(W + "drilled"), Literal(False))}
-
-
 def test_an_effect_may_stay_unknown_and_that_is_said() -> None:
     answers = {
         **LIKE,
@@ -153,20 +130,6 @@ FIXED = {
     "action toggle part_1": "state",
     "action toggle state": "on",
 }
-
-
-def test_a_known_action_with_a_fixed_argument() -> None:
-    kg = workshop()
-    result, script = taught("toggle(stove)", FIXED, kg)
-    assert asked(script) == ["", "which", "part_1", "state"]
-    node = URIRef(W + "switch_as_toggle")
-    assert lesson(result).delta.added == {
-        (URIRef(W + "switch"), AB.calledAs, node),
-        (node, AB.alias, Literal("toggle")),
-        (node, AB.parameter, Literal("state")),
-        (node, AB.value, Literal(True)),
-    }
-    assert [step.call.render() for step in result.report.live][:1] == ['switch("stove", "on")']
 
 
 def test_a_refused_name_for_a_known_action_leaves_the_action_as_it_was() -> None:

@@ -41,6 +41,7 @@ from adaptbot_cli.core.turns import (
     Turn,
 )
 from adaptbot_cli.core.tutor import Policy, pursue
+from tests.driving import played
 from tests.properties import examples
 from tests.worlds import W, changed, facts, parsed, workshop
 
@@ -129,13 +130,7 @@ def drive(
 ) -> tuple[Result, Kg]:
     kg = kg or workshop()
     turns = pursue(task, kg, parsed, policy, replans=0, full=full)
-    reply: Any = None
-    while True:
-        try:
-            turn = turns.send(reply)
-        except StopIteration as stop:
-            return stop.value, kg
-        reply = person.reply(turn, kg)
+    return played(turns, lambda turn: person.reply(turn, kg)), kg
 
 
 def answers(result: Result) -> dict[str, str]:

@@ -8,7 +8,7 @@ from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import Answer, Question, back
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.report import Report
-from adaptbot_cli.core.turns import Amend, Executed, Propose
+from adaptbot_cli.core.turns import Amend, Executed
 from adaptbot_cli.errors import UsageError
 from tests.driving import Script, drive
 from tests.worlds import GOOD, scene, workshop
@@ -114,25 +114,10 @@ def test_a_plan_with_nothing_open_is_offered_before_its_execution_only() -> None
     assert [turn.why for turn in script.seen if isinstance(turn, Amend)] == ["ready"]
 
 
-def test_the_person_may_edit_instead_of_answering() -> None:
-    script, verdict = story([f"{GOOD}\npolish(board)"], [Edit("drop", 6)], existence__polish="edit")
-    assert [turn.why for turn in script.seen if isinstance(turn, Amend)] == ["asked", "ready"]
-    assert verdict == "executable"
-
-
 def test_an_edit_may_raise_new_questions() -> None:
     edit = Edit("replace", 4, text="press(slab, 3)")
     script, verdict = story([STUCK], [edit], existence__slab="is board")
     assert script.story.count("ask existence slab") == 1
-    assert verdict == "executable"
-
-
-def test_a_rejected_plan_goes_back_with_the_reason() -> None:
-    script, verdict = story([STUCK, GOOD], [Edit("reject", text="boards are not sold here")])
-    again = [turn for turn in script.seen if isinstance(turn, Propose)][1]
-    assert [f.message for f in again.findings if f.code == "E504"] == [
-        "a person has rejected this plan: boards are not sold here"
-    ]
     assert verdict == "executable"
 
 

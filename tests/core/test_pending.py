@@ -9,7 +9,7 @@ from adaptbot_cli.core.pending import Pending, Sitting, Waiting, listed, sitting
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.questions import STOP, Answer
 from adaptbot_cli.core.turns import Ask
-from tests.driving import Script
+from tests.driving import Script, played
 from tests.worlds import facts, workshop
 
 SLAB = Waiting(Task("one", ("slab",)), "press(slab, 3)\ndrill_hole(plank)")
@@ -19,13 +19,7 @@ REST = {"attribute plank drillable": "yes", "existence polish": "absent"}
 
 
 def run(turns: Generator[Any, Any, Any], kg: Kg, script: Script) -> Any:
-    reply = None
-    while True:
-        try:
-            turn = turns.send(reply)
-        except StopIteration as stop:
-            return stop.value
-        reply = script.reply(turn, kg)
+    return played(turns, lambda turn: script.reply(turn, kg))
 
 
 def pending(*waiting: Waiting, kg: Kg | None = None) -> list[Pending]:
@@ -98,7 +92,3 @@ def test_refused_answers_change_nothing() -> None:
     assert facts(kg) == before
     assert came.lessons == () and came.revision is None
     assert len(came.still) == 3
-
-
-def test_nothing_waits() -> None:
-    assert pending() == []

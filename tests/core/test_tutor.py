@@ -45,12 +45,6 @@ def numbered(plan: str, times: int) -> list[str]:
     return [f"{plan}\nput(gadget_{n})" for n in range(times)]
 
 
-def test_a_good_plan_is_executed_at_once() -> None:
-    result, told_story = run(Script([GOOD]))
-    assert told_story == ["propose 0", "execute"]
-    assert (result.verdict, result.goal_met) == ("executable", True)
-
-
 def test_the_tutor_asks_about_an_unknown_required_item_before_any_reprompt() -> None:
     answers = {"existence slab": "exists", "kind slab": "part", "place slab": "bench"}
     assert story([FETCH.format("slab")], answers, SLAB) == [
@@ -58,20 +52,6 @@ def test_the_tutor_asks_about_an_unknown_required_item_before_any_reprompt() -> 
         "ask existence slab",
         "ask kind slab",
         "ask place slab",
-        "execute",
-        "review",
-        "keep",
-    ]
-
-
-def test_the_paper_reprompts_f_max_times_first() -> None:
-    answers = {"existence slab": "is board"}
-    assert story([FETCH.format("slab")], answers, SLAB, policy="paper") == [
-        "propose 0",
-        "propose 1",
-        "propose 2",
-        "propose 3",
-        "ask existence slab",
         "execute",
         "review",
         "keep",

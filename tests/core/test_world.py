@@ -26,7 +26,7 @@ from adaptbot_cli.core.world import (
     named,
     possible,
 )
-from tests.driving import Answers, Script
+from tests.driving import Answers, Script, played
 from tests.worlds import GOOD, W, facts, workshop
 
 STOOL = Task("stool", ("board",), workshop().domain.tasks[0].goals)
@@ -98,32 +98,27 @@ def play(
     kg = workshop()
     script = Script(texts, answers, accept=accept)
     turns: list[Turn] = []
-    run = pursue(task, kg, parser(kg), policy, replans, world=confirm)
-    reply: Any = None
-    while True:
-        try:
-            turn = run.send(reply)
-        except StopIteration as ended:
-            return Played(ended.value, script, kg, turns)
+
+    def reply(turn: Turn) -> Any:
         turns.append(turn)
-        reply = script.reply(turn, kg)
-        if isinstance(turn, Begin):
-            reply = begin or Seen()
-        elif isinstance(turn, Act):
-            reply = says(turn)
-        elif isinstance(turn, Stop):
-            reply = stop or Seen()
+        told = script.reply(turn, kg)
+        match turn:
+            case Begin():
+                return begin or Seen()
+            case Act():
+                return says(turn)
+            case Stop():
+                return stop or Seen()
+        return told
+
+    run = pursue(task, kg, parser(kg), policy, replans, world=confirm)
+    return Played(played(run, reply), script, kg, turns)
 
 
 def play_each(run: Turns) -> Result:
     """Play a run whose plans are good, in a rehearsal."""
-    script, reply = Script([GOOD, GOOD], LATER), None
-    while True:
-        try:
-            turn = run.send(reply)
-        except StopIteration as ended:
-            return ended.value
-        reply = script.reply(turn, workshop())
+    script = Script([GOOD, GOOD], LATER)
+    return played(run, lambda turn: script.reply(turn, workshop()))
 
 
 def test_a_world_that_does_as_expected_is_believed_and_kept_step_by_step() -> None:
