@@ -42,7 +42,8 @@ IMPORTED = (
     "prompt_toolkit.shortcuts",
     "rich.live",
 )
-IF_THERE = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")
+DASK = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")
+"""The parts of a cluster, where Dask is installed."""
 NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.serving")
 
 
@@ -122,9 +123,7 @@ _kept: list[Any] = []
 
 
 def _serve(address: str) -> None:
-    for name in IMPORTED:
-        import_module(name)
-    for name in IF_THERE if find_spec("distributed") else ():
+    for name in (*IMPORTED, *(DASK if find_spec("distributed") else ())):
         import_module(name)
     _warm_up()
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)

@@ -80,25 +80,25 @@ def test_the_first_examples_can_be_carried_out(used: Home) -> None:
         assert ended.code in (0, 3), ended.said
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["make", "omelette"], 'to ask for a task: adaptbot run "make omelette"'),
-        (["cook", "it's"], "to ask for a task: adaptbot run 'cook it'\"'\"'s'"),
-        (["rnu"], "did you mean adaptbot run?"),
-        (["rnu", "make tea"], "did you mean adaptbot run 'make tea'?"),
-        (["kg", "shwo", "egg"], "did you mean adaptbot kg show egg?"),
-        (["kg", "zzz"], "see adaptbot kg --help"),
-        (["pending", "anser"], "did you mean adaptbot pending answer?"),
-        (["domain", "chekc"], "did you mean adaptbot domain check?"),
-        (["eval", "compaer", "a", "b"], "did you mean adaptbot eval compare a b?"),
-    ],
+WRONG_WORDS = (
+    (["make", "omelette"], 'to ask for a task: adaptbot run "make omelette"'),
+    (["cook", "it's"], "to ask for a task: adaptbot run 'cook it'\"'\"'s'"),
+    (["rnu"], "did you mean adaptbot run?"),
+    (["rnu", "make tea"], "did you mean adaptbot run 'make tea'?"),
+    (["kg", "shwo", "egg"], "did you mean adaptbot kg show egg?"),
+    (["kg", "zzz"], "see adaptbot kg --help"),
+    (["pending", "anser"], "did you mean adaptbot pending answer?"),
+    (["domain", "chekc"], "did you mean adaptbot domain check?"),
+    (["eval", "compaer", "a", "b"], "did you mean adaptbot eval compare a b?"),
 )
-def test_a_wrong_word_is_told_the_right_one(used: Home, words: list[str], said: str) -> None:
-    ended = used.adaptbot(*words, "--json")
-    assert ended.code == 2 and said.replace("?", "") in ended.said
-    error = ended.json()["error"]
-    assert error["code"] == "usage" and "has no command" in error["message"]
+
+
+def test_a_wrong_word_is_told_the_right_one(used: Home) -> None:
+    asked = [[*words, "--json"] for words, _ in WRONG_WORDS]
+    for (_, said), ended in zip(WRONG_WORDS, used.adaptbots(asked), strict=True):
+        assert ended.code == 2 and said.replace("?", "") in ended.said
+        error = ended.json()["error"]
+        assert error["code"] == "usage" and "has no command" in error["message"]
 
 
 def test_every_error_is_an_object_where_one_is_waited_for(used: Home) -> None:

@@ -459,21 +459,19 @@ def test_what_is_true_now_is_said_in_a_line_and_kept_as_an_answer(home: Home) ->
     assert egg["place"] == "cabinet" and egg["attributes"]["IsSliceable"] is True
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("egg", "place", "nowhere"), "it may be: fridge"),
-        (("egg", "sliceabl", "no"), "egg has no property sliceabl; it has sliceable"),
-        (("egg", "sliceable", "maybe"), 'sliceable of egg cannot be "maybe"; it may be: yes, no'),
-        (("unicorn", "place", "sink"), "nothing is called unicorn"),
-        (("egg", "place", "egg"), 'place of egg cannot be "egg"'),
-        (("egg", "place", "robot_arm"), 'place of egg cannot be "robot_arm"'),
-        (("egg", "name", "ovo"), "egg has no property name"),
-        (("robot", "holds", "egg"), "is kept as it acts"),
-    ],
+IMPOSSIBLE = (
+    (("egg", "place", "nowhere"), "it may be: fridge"),
+    (("egg", "sliceabl", "no"), "egg has no property sliceabl; it has sliceable"),
+    (("egg", "sliceable", "maybe"), 'sliceable of egg cannot be "maybe"; it may be: yes, no'),
+    (("unicorn", "place", "sink"), "nothing is called unicorn"),
+    (("egg", "place", "egg"), 'place of egg cannot be "egg"'),
+    (("egg", "place", "robot_arm"), 'place of egg cannot be "robot_arm"'),
+    (("egg", "name", "ovo"), "egg has no property name"),
+    (("robot", "holds", "egg"), "is kept as it acts"),
 )
-def test_what_cannot_be_true_is_told_with_what_can(
-    home: Home, words: tuple[str, ...], told: str
-) -> None:
-    ended = home.adaptbot("kg", "set", *words, "--yes")
-    assert ended.code == 2 and told in ended.said
+
+
+def test_what_cannot_be_true_is_told_with_what_can(home: Home) -> None:
+    asked = [["kg", "set", *words, "--yes"] for words, _ in IMPOSSIBLE]
+    for (_, told), ended in zip(IMPOSSIBLE, home.adaptbots(asked), strict=True):
+        assert ended.code == 2 and told in ended.said
