@@ -82,11 +82,10 @@ def share(root: Path) -> None:
 
 
 VERBS: list[tuple[Callable[[Path], None], bool]] = [
-    (run, False), (run, True), (apply, False), (update, False), (commit, True),
-    (new, False),]  # fmt: skip
-# These take the steps of `run` or `update`, or all of them together.
-LONG = [(add, False), (retract, False), (revert, False), (take_in, False),
-        (share, False), (share, True)]  # fmt: skip
+    (run, True), (update, False), (commit, True), (new, False)]  # fmt: skip
+# These take the steps of those above, some of them or all.
+LONG = [(run, False), (apply, False), (add, False), (retract, False), (revert, False),
+        (take_in, False), (share, False), (share, True)]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
