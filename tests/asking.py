@@ -5,9 +5,9 @@ from functools import cache
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import names_in
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.request import Reading, understand
+from adaptbot_cli.core.request.understand import Reading, understand
 from adaptbot_cli.resources import bundled
 
 

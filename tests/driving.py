@@ -4,10 +4,10 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from adaptbot_cli.core.editing import Edit
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.questions import NO, Answer, Question
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import NO, Answer, Question
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Amend,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.core.questions import KINDS
+from adaptbot_cli.core.ask.questions import KINDS
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/**/*.md")])

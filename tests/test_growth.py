@@ -17,12 +17,12 @@ from adaptbot_cli.adapters.store.engine import ask
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.keeper import Held, start
 from adaptbot_cli.adapters.store.reading import check_files, load_kg
-from adaptbot_cli.core import view
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.request import understand
+from adaptbot_cli.core.ask.suggest import Likely
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.request.understand import understand
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.suggest import Likely
+from adaptbot_cli.core.view import facts as view
 from adaptbot_cli.core.words import NoLexicon
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import change, queries, replay

@@ -8,9 +8,9 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core import suggest
+from adaptbot_cli.core.ask import suggest
+from adaptbot_cli.core.ask.questions import Question, Suggestion
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Question, Suggestion
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.resources import bundled
 from tests.packs import EX, FALSE, KITCHEN, TRUE, calls

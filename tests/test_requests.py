@@ -11,15 +11,15 @@ import yaml
 
 from adaptbot_cli.adapters.planner.library import Library
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask.questions import NO, YES, Answer, Question
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Call
-from adaptbot_cli.core.questions import NO, YES, Answer, Question
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.request import Reading
-from adaptbot_cli.core.summary import asked, findings
+from adaptbot_cli.core.request.understand import Reading
 from adaptbot_cli.core.turns import Human
 from adaptbot_cli.core.tutor import pursue_each
+from adaptbot_cli.core.view.summary import asked, findings
 from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.drive import Nowhere, Ports, drive

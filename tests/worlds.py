@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.plan import Call, Parsed, Task, Written
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.words import Related, Relation
 
 PREFIXES = """

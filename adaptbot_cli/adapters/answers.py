@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from adaptbot_cli import bounded
-from adaptbot_cli.core.learning import Lesson, number_trouble
-from adaptbot_cli.core.names import nearest, normal
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.learning import Lesson, number_trouble
+from adaptbot_cli.core.ask.questions import (
     ABSENT,
     EDIT,
     EXISTS,
@@ -22,6 +21,7 @@ from adaptbot_cli.core.questions import (
     Question,
     Reviewed,
 )
+from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.errors import UsageError
 
 

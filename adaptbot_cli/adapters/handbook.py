@@ -10,12 +10,12 @@ import jinja2
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core import describing
 from adaptbot_cli.core.domain import Action, Kind, Parameter, Property
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.plan import Goal, Task
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.view import describing
 from adaptbot_cli.core.visible import visible
 
 _SPECIAL = re.compile(r"([\\`*\[\]<>|#~]|(?<!\w)_|_(?!\w))")

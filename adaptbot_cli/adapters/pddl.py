@@ -18,7 +18,7 @@ from typing import Any
 from rdflib import RDFS, Literal
 
 from adaptbot_cli.bounded import PLAN, read_bytes
-from adaptbot_cli.core.clock import EndlessError, within
+from adaptbot_cli.core.graph.clock import EndlessError, within
 from adaptbot_cli.core.names import normal, sound
 from adaptbot_cli.errors import KnowledgeError, UsageError
 

@@ -12,12 +12,12 @@ from rdflib import Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.sparql import SKIP, prefixes_of
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.refine.grounding import render, sentence
 from adaptbot_cli.core.report import Bound, Report
-from adaptbot_cli.core.sparql import SKIP, prefixes_of
 from adaptbot_cli.core.world import Named, named, plain
 
 VERSION = 1

@@ -5,11 +5,8 @@ from dataclasses import dataclass, field
 
 from rdflib import URIRef
 
-from adaptbot_cli.core.domain import Property
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import (
     ABSENT,
     AGAIN,
     EXISTS,
@@ -22,8 +19,11 @@ from adaptbot_cli.core.questions import (
     Answer,
     Question,
 )
+from adaptbot_cli.core.domain import Property
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import FALSE, TRUE, local
+from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.refine.grounding import known_values
-from adaptbot_cli.core.terms import FALSE, TRUE, local
 
 KEY, THINK, WORDS_A_MINUTE = 0.28, 1.35, 238
 """Seconds to press a key and to decide (keystroke-level model: Card, Moran and Newell, 1980), and

@@ -51,7 +51,7 @@ def check(
     wanted, banned = items(requires), items(without)
     result = replay.check_request(text, task, home.workspace, graph, wanted, banned, not no_repair)
     if json:
-        from adaptbot_cli.core.summary import summary
+        from adaptbot_cli.core.view.summary import summary
 
         record = summary(result, graph, "text", (None, None))
         record["usage"]["seconds"] = round(time.monotonic() - started, 3)

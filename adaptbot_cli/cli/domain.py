@@ -21,7 +21,7 @@ from adaptbot_cli.cli.help import Group
 
 if TYPE_CHECKING:
     from adaptbot_cli.core.domain import Domain
-    from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.graph.kg import Kg
     from adaptbot_cli.workspace import Workspace
 
 app = typer.Typer(

@@ -18,7 +18,7 @@ from adaptbot_cli.cli.help import Group
 from adaptbot_cli.cli.kg.sharing import plain_question, show_conflicts
 
 if TYPE_CHECKING:
-    from adaptbot_cli.core.pending import Pending, Sitting
+    from adaptbot_cli.core.ask.pending import Pending, Sitting
     from adaptbot_cli.session.open_questions import Open
 
 app = typer.Typer(

@@ -79,7 +79,7 @@ def show(
     from adaptbot_cli.adapters.display.screen import Screen
     from adaptbot_cli.adapters.planner.kept import asked_of, origin
     from adaptbot_cli.cli.run import exit_code
-    from adaptbot_cli.core.summary import summary
+    from adaptbot_cli.core.view.summary import summary
     from adaptbot_cli.errors import KnowledgeError
     from adaptbot_cli.session import replay, sources
     from adaptbot_cli.session.sources import reader
@@ -118,7 +118,7 @@ def drop(
     place: Place = ANYWHERE,
 ) -> None:
     """Drop a kept plan: the planner is asked again. The versions still have it."""
-    from adaptbot_cli.core.delta import Delta
+    from adaptbot_cli.core.graph.delta import Delta
     from adaptbot_cli.session.change import ProposedChange, commit
 
     home = place.home()
@@ -141,7 +141,7 @@ def _named(home: "Home", name: str) -> "tuple[Path, LibraryPlan | str]":
         UsageError: there is none, or there are several.
     """
     from adaptbot_cli.adapters.planner.kept import kept_plans
-    from adaptbot_cli.core.learning import safe_name
+    from adaptbot_cli.core.ask.learning import safe_name
     from adaptbot_cli.errors import UsageError
 
     plans, faults = kept_plans(home.workspace.kept_plans(home.domain))

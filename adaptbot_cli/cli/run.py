@@ -175,7 +175,7 @@ def pursue(request: "Request", home: "Workspace", json: bool) -> int:
         except KeyboardInterrupt:
             raise Interrupted(_interrupted(session, home)) from None
         if json:
-            from adaptbot_cli.core.summary import summary
+            from adaptbot_cli.core.view.summary import summary
 
             planner, world = session.ports.planner.name, session.screen.world
             record = summary(result, session.kg, planner, session.revisions, world)

@@ -7,13 +7,10 @@ from typing import Any
 
 from rdflib import XSD, URIRef
 
-from adaptbot_cli.core import teach
-from adaptbot_cli.core.asking import place_property
-from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.learning import attribute_question
-from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.plan import Done, Finding, Step
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask import teach
+from adaptbot_cli.core.ask.asking import place_property
+from adaptbot_cli.core.ask.learning import attribute_question
+from adaptbot_cli.core.ask.questions import (
     AGAIN,
     AT,
     BY_HAND,
@@ -29,12 +26,15 @@ from adaptbot_cli.core.questions import (
     Choice,
     Question,
 )
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.terms import ATTRIBUTES, TRUE
+from adaptbot_cli.core.names import normal
+from adaptbot_cli.core.plan import Done, Finding, Step
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.repair import change_of, key_of
 from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
-from adaptbot_cli.core.request import excluded
+from adaptbot_cli.core.request.understand import excluded
 from adaptbot_cli.core.run import Acting, Run, look_at, refuted_last
-from adaptbot_cli.core.terms import ATTRIBUTES, TRUE
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Learned, Stop, Surprised, Turn
 from adaptbot_cli.core.world import LOST, REFUSED, STOPPED, Acted, Seen, believe, is_irreversible
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from rdflib import RDF, URIRef, Variable
 from rdflib.term import Node
 
+from adaptbot_cli.core.graph.terms import Triple, local
 from adaptbot_cli.core.plan import Constraint, Goal, Task
-from adaptbot_cli.core.terms import Triple, local
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,
     EDIT,
     LATER,

@@ -126,7 +126,7 @@ class Task:
     the entry of the pack whose goals are judged and `judged_by` its name, both empty if no goal is
     known (`thin`), `like` the names of classes of tasks whose goals could be.
 
-    The rest is what was asked besides (`core/request.py`): `excluded` are names of what must not be
+    The rest is what was asked besides (core/request/): `excluded` are names of what must not be
     used, `barred` further words for it, `rules` named constraints; `refused` the actions that are
     not to be done, each with the thing it is not to be done to, or "" for any; `amount` is how many
     are wanted; `place` where things are to be brought, `inside` pairs of a content and its vessel,

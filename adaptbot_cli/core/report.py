@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import Answer, Question
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.findings import blocks, is_open
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.plan import Finding, Step, Task, Written
-from adaptbot_cli.core.questions import Answer, Question
-from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.usage import Usage
 
 

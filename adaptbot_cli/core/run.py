@@ -4,17 +4,17 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from adaptbot_cli.core import teach
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask import teach
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import LATER, STOP, Answer, Key, Question
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import Triple, local
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Step, Task
-from adaptbot_cli.core.questions import LATER, STOP, Answer, Key, Question
 from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.refine.mend import with_remedies
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import Triple, local
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
 from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Acted, sentences

@@ -6,12 +6,12 @@ from typing import Any
 from rdflib import URIRef
 from rdflib.term import Node
 
+from adaptbot_cli.core.ask.learning import is_absent
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import normal, words
 from adaptbot_cli.core.plan import Call, Task
-from adaptbot_cli.core.request import doubtful, excluded, excludes
+from adaptbot_cli.core.request.understand import doubtful, excluded, excludes
 from adaptbot_cli.core.words import Related
 
 

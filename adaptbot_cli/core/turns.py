@@ -8,14 +8,14 @@ replay are the same thing to the method.
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.editing import Edit
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import Answer, Question, Reviewed
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Finding, Step, Task
-from adaptbot_cli.core.questions import Answer, Question, Reviewed
 from adaptbot_cli.core.report import Bound, Outcome, Report
-from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.request.understand import Reading
 from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Seen
 

@@ -19,16 +19,16 @@ from adaptbot_cli.core.acts import (
     stop,
     with_failure,
 )
-from adaptbot_cli.core.amending import amended, guarded, set_aside, still_open, unsolved
-from adaptbot_cli.core.dialogue import ask, confirmed, judged, keep, keep_plan, mend
+from adaptbot_cli.core.ask.amending import amended, guarded, set_aside, still_open, unsolved
+from adaptbot_cli.core.ask.dialogue import ask, confirmed, judged, keep, keep_plan, mend
+from adaptbot_cli.core.ask.questions import LATER
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.journal import GoBack, Journal
-from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.plan import Finding, Task
-from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.refine.check import lost_items
 from adaptbot_cli.core.refine.goals import check_goal, rehearsed
 from adaptbot_cli.core.report import Outcome, Report, Result
-from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.request.understand import Reading
 from adaptbot_cli.core.run import (
     Acting,
     Confirm,

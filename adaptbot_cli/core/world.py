@@ -7,13 +7,13 @@ from decimal import Decimal
 from rdflib import Literal, URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.domain import Action, Domain
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import STATES, Triple, local
+from adaptbot_cli.core.graph.validate import new_faults
 from adaptbot_cli.core.plan import Step
 from adaptbot_cli.core.report import Bound
-from adaptbot_cli.core.terms import STATES, Triple, local
-from adaptbot_cli.core.validate import new_faults
 
 STOPPED, REFUSED, LOST = "stopped", "refused", "lost"
 """Why nothing more is done in a world: the person pressed Ctrl-C or did not agree to a step, or the

@@ -2,9 +2,9 @@
 
 from collections.abc import Generator, Iterator
 
-from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.findings import blocks
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
 from adaptbot_cli.core.refine.expand import expand

@@ -8,14 +8,14 @@ from typing import Any
 from rdflib import URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Bound, Report, Result
-from adaptbot_cli.core.summary import findings
-from adaptbot_cli.core.terms import AB
+from adaptbot_cli.core.view.summary import findings
 from adaptbot_cli.evaluation.figures import WORLD_MEANS, WORLD_SHARES
 
 OF_WORLD = frozenset({*WORLD_SHARES, *WORLD_MEANS})

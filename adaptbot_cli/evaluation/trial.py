@@ -30,22 +30,22 @@ from adaptbot_cli.adapters.simulated_person import SimulatedHuman
 from adaptbot_cli.adapters.store.reading import load_kg, split
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.adapters.world.simulated import SimulatedHome
-from adaptbot_cli.core import teach
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.ask import teach
+from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding, Task
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.request import understand
+from adaptbot_cli.core.request.understand import understand
 from adaptbot_cli.core.run import Plans
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.summary import findings
-from adaptbot_cli.core.terms import ATTRIBUTES, STATES, Triple
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 from adaptbot_cli.core.tutor import Confirm, Policy, Turns, pursue
+from adaptbot_cli.core.view.summary import findings
 from adaptbot_cli.errors import ModelError, UsageError
 from adaptbot_cli.evaluation import measures
 from adaptbot_cli.evaluation.baseline import unaided

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from adaptbot_cli import __version__
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.errors import AdaptbotError
 from adaptbot_cli.evaluation.measures import Trial
 from adaptbot_cli.evaluation.recordings import Recording

@@ -14,16 +14,16 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper, WorkspaceStart, start
 from adaptbot_cli.adapters.store.reading import read_graphs
+from adaptbot_cli.core.ask.learning import safe_name
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import safe_name
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.robots import acting_as
+from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.robots import acting_as
 from adaptbot_cli.core.turns import Human, Observer, Planner, Turn
 from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
-from adaptbot_cli.core.validate import faults
 from adaptbot_cli.core.world import STOPPED
 from adaptbot_cli.errors import KnowledgeError, ModelError, WorldError
 from adaptbot_cli.resources import bundled, root_of

@@ -19,20 +19,20 @@ from adaptbot_cli.adapters.store.keeper import (
     edited_plans,
 )
 from adaptbot_cli.adapters.store.trailers import answers, compose, of_lessons
-from adaptbot_cli.core.changes import Changes, about
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.faults import by_mistake
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson, attribute, attribute_question, attribute_value
+from adaptbot_cli.core.ask.learning import Lesson, attribute, attribute_question, attribute_value
+from adaptbot_cli.core.ask.questions import UNKNOWN, Answer
+from adaptbot_cli.core.ask.teach import in_words
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.faults import by_mistake
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.retraction import Known, following, taken_back
+from adaptbot_cli.core.graph.terms import AB, Triple, local
 from adaptbot_cli.core.names import nearest, normal, sentence_list
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import UNKNOWN, Answer
-from adaptbot_cli.core.request import understand
-from adaptbot_cli.core.retraction import Known, following, taken_back
-from adaptbot_cli.core.teach import in_words
-from adaptbot_cli.core.terms import AB, Triple, local
+from adaptbot_cli.core.request.understand import understand
 from adaptbot_cli.core.turns import Propose
+from adaptbot_cli.core.view.changes import Changes, about
 from adaptbot_cli.errors import KnowledgeError, ModelError, UsageError
 from adaptbot_cli.session.build import person, stamp, started, started_on
 from adaptbot_cli.session.knowledge import Home, called, chapters, known_as, near_it

@@ -21,13 +21,13 @@ from adaptbot_cli.adapters.store.merger import agreed
 from adaptbot_cli.adapters.store.reading import fact_files
 from adaptbot_cli.adapters.store.trailers import answers, compose, in_short, of_answers
 from adaptbot_cli.adapters.store.versions import Versions, facts_of
-from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.merging import Conflict, Facts, Merge, Side, question
+from adaptbot_cli.core.ask.questions import Question
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.merging import Conflict, Facts, Merge, Side, question
 from adaptbot_cli.core.names import normal, variants
-from adaptbot_cli.core.provenance import Told
-from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose
+from adaptbot_cli.core.view.provenance import Told
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.change import held_by, keeper
 from adaptbot_cli.session.knowledge import Home

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from adaptbot_cli.adapters.store import files
 from adaptbot_cli.adapters.transcript.loading import read
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Turn

@@ -22,12 +22,13 @@ from adaptbot_cli.adapters.store.versions import (
     Versions,
     facts_of,
 )
-from adaptbot_cli.core import describing, view
-from adaptbot_cli.core.changes import Changes, Words
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB, SCHEMA, Triple, local
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.provenance import Chapter, Origin, Turnover
-from adaptbot_cli.core.terms import AB, SCHEMA, Triple, local
+from adaptbot_cli.core.view import describing
+from adaptbot_cli.core.view import facts as view
+from adaptbot_cli.core.view.changes import Changes, Words
+from adaptbot_cli.core.view.provenance import Chapter, Origin, Turnover
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.sources import load

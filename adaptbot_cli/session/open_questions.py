@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.transcript.loading import LeftOver, left_over, read_cut, unfinished
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask.pending import Pending, Sitting, Waiting, listed, sitting
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parser
-from adaptbot_cli.core.pending import Pending, Sitting, Waiting, listed, sitting
 from adaptbot_cli.core.turns import Human, Observer
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError

@@ -9,9 +9,9 @@ from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.keeper import create, renamed
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import TERMS, local
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.terms import TERMS, local
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.sources import settled

@@ -20,12 +20,12 @@ from adaptbot_cli.adapters.transcript.loading import (
 )
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman, RememberingPlanner
 from adaptbot_cli.adapters.transcript.recorder import is_signed
-from adaptbot_cli.core.learning import safe_name
+from adaptbot_cli.core.ask.learning import safe_name
 from adaptbot_cli.core.names import words
-from adaptbot_cli.core.progress import Progress, progress
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.turns import Checked, Executed, Human, Planner, Turn
 from adaptbot_cli.core.usage import Usage
+from adaptbot_cli.core.view.progress import Progress, progress
 from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.session.drive import Noting
 from adaptbot_cli.session.replay import replay

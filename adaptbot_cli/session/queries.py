@@ -7,12 +7,12 @@ from typing import Any
 from adaptbot_cli.adapters.store.engine import Answered, ask, read_graph, write_graph
 from adaptbot_cli.adapters.store.engine import update as updated
 from adaptbot_cli.adapters.store.turtle import KNOWN_PREFIXES
-from adaptbot_cli.core.clock import LONGEST, within
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.importing import Parcel, accept, merged, replaced
+from adaptbot_cli.core.graph.clock import LONGEST, within
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.importing import Parcel, accept, merged, replaced
+from adaptbot_cli.core.graph.sparql import form_of, one_newline, reaches_out
+from adaptbot_cli.core.graph.terms import ATTRIBUTES, SCHEMA, STATES
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.sparql import form_of, one_newline, reaches_out
-from adaptbot_cli.core.terms import ATTRIBUTES, SCHEMA, STATES
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.change import ProposedChange, after
 from adaptbot_cli.session.knowledge import Home

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.core.acts import GOAL_MET
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result

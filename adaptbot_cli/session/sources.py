@@ -9,9 +9,9 @@ from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.adapters.store.versions import Versions
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.request import Reading, understand
-from adaptbot_cli.core.robots import acting_as
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.robots import acting_as
+from adaptbot_cli.core.request.understand import Reading, understand
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled

@@ -6,11 +6,11 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli import bounded
-from adaptbot_cli.core.adding import teach_thing
-from adaptbot_cli.core.learning import Lesson, is_absent, safe_name
+from adaptbot_cli.core.ask.adding import teach_thing
+from adaptbot_cli.core.ask.learning import Lesson, is_absent, safe_name
+from adaptbot_cli.core.ask.questions import STOP
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parse import parser
-from adaptbot_cli.core.questions import STOP
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
 from adaptbot_cli.resources import root_of

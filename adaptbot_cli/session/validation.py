@@ -7,14 +7,14 @@ from pathlib import Path
 from adaptbot_cli.adapters.store.keeper import edit_faults, edited_plans
 from adaptbot_cli.adapters.store.reading import check_files, load_kg
 from adaptbot_cli.adapters.store.versions import PACK, facts_of
-from adaptbot_cli.core.changes import Changes, Status, Words
-from adaptbot_cli.core.faults import Fault, by_mistake
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.lint import lacking
-from adaptbot_cli.core.provenance import Origin
+from adaptbot_cli.core.graph.faults import Fault, by_mistake
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.lint import lacking
+from adaptbot_cli.core.graph.terms import Triple, kept, ordered
+from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.core.refine.goals import weak
-from adaptbot_cli.core.terms import Triple, kept, ordered
-from adaptbot_cli.core.validate import faults
+from adaptbot_cli.core.view.changes import Changes, Status, Words
+from adaptbot_cli.core.view.provenance import Origin
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.sources import load, settled

@@ -13,9 +13,8 @@ from rich.console import Console
 
 from adaptbot_cli.adapters.terminal import TerminalHuman, canvas
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import (
     ABSENT,
     EXISTS,
     UNKNOWN,
@@ -28,6 +27,7 @@ from adaptbot_cli.core.questions import (
     Suggestion,
     yes_no,
 )
+from adaptbot_cli.core.graph.delta import Delta
 
 EXISTENCE = (
     Choice("is", "it is another name for something you know", key="a"),

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.adapters.answers import AnswersHuman, read_answers
-from adaptbot_cli.core.questions import LATER, Choice, Names, Question, yes_no
+from adaptbot_cli.core.ask.questions import LATER, Choice, Names, Question, yes_no
 from adaptbot_cli.errors import UsageError
 
 WAYS = (Choice("is", ""), Choice("absent", ""), Choice("exists", ""), Choice("later", ""))

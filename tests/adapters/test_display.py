@@ -13,13 +13,13 @@ from adaptbot_cli.adapters.display.diff import diff_table
 from adaptbot_cli.adapters.display.plan_table import plan_table
 from adaptbot_cli.adapters.display.screen import Screen
 from adaptbot_cli.cli.common import show_opening
-from adaptbot_cli.core import learning
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.ask import learning
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import EXISTS, Answer, Question
 from adaptbot_cli.core.domain import Action, Parameter
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Call, Change, Finding, Step, Task
-from adaptbot_cli.core.questions import EXISTS, Answer, Question
 from adaptbot_cli.core.report import Outcome, Report, Result, Usage
 from adaptbot_cli.core.turns import Ask, Checked, Executed, Learned, Propose, Review
 from adaptbot_cli.core.visible import visible

@@ -3,7 +3,7 @@
 import pytest
 
 from adaptbot_cli.adapters.simulated_person import KEY, THINK, SimulatedHuman
-from adaptbot_cli.core.questions import ABSENT, EXISTS, Choice, Names, Question, yes_no
+from adaptbot_cli.core.ask.questions import ABSENT, EXISTS, Choice, Names, Question, yes_no
 from tests.worlds import workshop
 
 HUMAN = SimulatedHuman(workshop(attributes="\nw:board <urn:adaptbot:alias> 'slab' .\n"))

@@ -12,7 +12,7 @@ import pytest
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.adapters.terminal.canvas import heading
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.core.questions import ABSENT, EXISTS, LATER, STOP, UNKNOWN, Choice
+from adaptbot_cli.core.ask.questions import ABSENT, EXISTS, LATER, STOP, UNKNOWN, Choice
 from tests.adapters.person import HOSTILE, LESSONS, QUESTIONS
 from tests.cli.attended import CTRL_C, CTRL_U, DOWN, ENTER, ESC, TAB, UP, Tty, tty
 from tests.cli.command import Home

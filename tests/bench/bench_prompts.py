@@ -27,7 +27,7 @@ from adaptbot_cli.adapters.planner.prompts import STYLES, Prompts, Style, style_
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Keep, Kept, Proposal, Propose

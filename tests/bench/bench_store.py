@@ -22,9 +22,9 @@ from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.keeper import Keeper, start
 from adaptbot_cli.adapters.store.reading import FACT_FILES, load_kg, triples
 from adaptbot_cli.adapters.store.turtle import serialize
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import ATTRIBUTES, STATES
-from adaptbot_cli.core.validate import faults
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import ATTRIBUTES, STATES
+from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import replay
 from adaptbot_cli.workspace import Workspace

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from adaptbot_cli.adapters.lexicon import NoLexicon, WordNet
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.refine import resolve

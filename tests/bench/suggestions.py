@@ -20,12 +20,12 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-from adaptbot_cli.core import asking, learning, suggest
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.ask import asking, learning, suggest
+from adaptbot_cli.core.ask.questions import Question
 from adaptbot_cli.core.domain import Kind
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Question
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.words import Related
 from adaptbot_cli.resources import bundled

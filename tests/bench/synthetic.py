@@ -12,8 +12,8 @@ from rdflib import RDF, XSD, URIRef
 
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.domain import Domain, Kind, Property
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import local
 
 FEW_ARE_PLACES = 40
 """One thing in so many is of a class that others are in."""

@@ -4,7 +4,7 @@ import pytest
 
 from adaptbot_cli.adapters.handbook import escaped
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.session import sources
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Home

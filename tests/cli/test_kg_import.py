@@ -9,7 +9,7 @@ import pytest
 from rdflib import RDF, RDFS, Graph
 from rdflib.compare import isomorphic
 
-from adaptbot_cli.core.terms import DATATYPES, local
+from adaptbot_cli.core.graph.terms import DATATYPES, local
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session import change, packs, queries
 from adaptbot_cli.session.knowledge import Home

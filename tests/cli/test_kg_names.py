@@ -13,18 +13,18 @@ from adaptbot_cli.adapters.answers import AnswersHuman
 from adaptbot_cli.adapters.display import origins, things
 from adaptbot_cli.adapters.display.screen import Screen
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core import view
-from adaptbot_cli.core.delta import net
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson, absence, alias, existence, is_absent
+from adaptbot_cli.core.ask.learning import Lesson, absence, alias, existence, is_absent
+from adaptbot_cli.core.ask.questions import Answer, Question
+from adaptbot_cli.core.graph.delta import net
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Answer, Question
 from adaptbot_cli.core.refine.grounding import number
-from adaptbot_cli.core.summary import summary
 from adaptbot_cli.core.turns import Keep, Proposal, Propose, Review
 from adaptbot_cli.core.tutor import inspect, pursue
+from adaptbot_cli.core.view import facts as view
+from adaptbot_cli.core.view.summary import summary
 from adaptbot_cli.core.visible import visible
 from adaptbot_cli.core.words import Related
 from adaptbot_cli.errors import AdaptbotError

@@ -9,7 +9,7 @@ import pytest
 
 from adaptbot_cli.adapters.pddl import packed
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.replay import check

@@ -9,11 +9,11 @@ from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans, plan
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import Answer, Question
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.plan import Finding, KeptPlan, Task
-from adaptbot_cli.core.questions import Answer, Question
-from adaptbot_cli.core.request import understand
+from adaptbot_cli.core.request.understand import understand
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.resources import bundled
 from tests.cli.attended import ENTER, tty

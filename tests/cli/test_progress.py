@@ -13,7 +13,7 @@ from rich.console import Console
 from adaptbot_cli.adapters.display.progress_lines import mermaid, progress_lines, svg
 from adaptbot_cli.adapters.transcript.documents import dump
 from adaptbot_cli.adapters.transcript.loading import read
-from adaptbot_cli.core.progress import Event, Progress, ProgressLine
+from adaptbot_cli.core.view.progress import Event, Progress, ProgressLine
 from adaptbot_cli.errors import ReplayError, UsageError
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.past_runs import find_run, retrace

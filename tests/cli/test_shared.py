@@ -15,7 +15,7 @@ import pytest
 from adaptbot_cli.adapters.answers import AnswersHuman
 from adaptbot_cli.adapters.store.endpoint import Endpoint
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.change import commit
 from adaptbot_cli.session.exchange import Served

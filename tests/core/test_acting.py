@@ -9,16 +9,16 @@ from rdflib.collection import Collection
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.store.turtle import rewrite
-from adaptbot_cli.core.acting import draft as passages
-from adaptbot_cli.core.acting.draft import Draft, from_action, written
-from adaptbot_cli.core.acting.picking import changes, needs, taking
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.acting import draft as passages
+from adaptbot_cli.core.ask.acting.draft import Draft, from_action, written
+from adaptbot_cli.core.ask.acting.picking import changes, needs, taking
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB
+from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.core.plan import Call, Task
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.terms import AB
 from adaptbot_cli.core.turns import Ask
-from adaptbot_cli.core.validate import faults
 from tests.driving import Script, drive
 from tests.packs import ROOT
 from tests.worlds import FILES, PREFIXES, W, workshop

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
 
-from adaptbot_cli.core.delta import Delta, UndoLog
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.graph.delta import Delta, UndoLog
+from adaptbot_cli.core.graph.terms import Triple
 
 
 def triple(number: int) -> Triple:

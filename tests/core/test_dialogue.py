@@ -9,10 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
 
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import (
     LATER,
     NEW,
     OLD,
@@ -24,6 +22,8 @@ from adaptbot_cli.core.questions import (
     Reviewed,
     back,
 )
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Ask,

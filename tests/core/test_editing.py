@@ -2,10 +2,10 @@
 
 import pytest
 
-from adaptbot_cli.core.editing import Edit, edited, lines
+from adaptbot_cli.core.ask.editing import Edit, edited, lines
+from adaptbot_cli.core.ask.questions import Answer, Question, back
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Answer, Question, back
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.turns import Amend, Executed

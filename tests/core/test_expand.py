@@ -1,6 +1,6 @@
 """Words that stand for other items, steps that are not needed, goals reached by missing steps."""
 
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Step
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.report import Report

@@ -10,10 +10,10 @@ from rdflib import RDF, RDFS, Literal, URIRef
 
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.terms import AB, Triple
-from adaptbot_cli.core.validate import faults
-from adaptbot_cli.core.validate import new_faults as new_faults_of
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.terms import AB, Triple
+from adaptbot_cli.core.graph.validate import faults
+from adaptbot_cli.core.graph.validate import new_faults as new_faults_of
 from adaptbot_cli.resources import bundled
 from tests.properties import examples
 from tests.worlds import W, changed, facts, workshop

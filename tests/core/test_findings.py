@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.core.editing import Edit
+from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.questions import LATER
 from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Propose

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.core.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex
+from adaptbot_cli.core.graph.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex
 from adaptbot_cli.core.names import nearest
 
 WORDS = [f"{a}{b}" for a in ("cup", "span", "tow", "mar", "lin") for b in ("", "ner", "el", "ker")]

@@ -5,16 +5,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.core import asking, learning, teach
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask import asking, learning, teach
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import Answer, Key, Question
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB, FALSE, TRUE
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Call, Parsed, Written
-from adaptbot_cli.core.questions import Answer, Key, Question
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import AB, FALSE, TRUE
 from tests.hostile_names import NAMES
 from tests.properties import examples
 from tests.worlds import W, facts, parsed, replaced, scene, workshop

@@ -7,7 +7,7 @@ import pytest
 
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.refine.check import examine

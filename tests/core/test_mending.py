@@ -7,12 +7,12 @@ import pytest
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
-from adaptbot_cli.core.editing import Edit
+from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.questions import EDIT, YES, Answer, Choice, Question, back
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.journal import Journal
-from adaptbot_cli.core.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import EDIT, YES, Answer, Choice, Question, back
 from adaptbot_cli.core.turns import Ask, Given, Turn
 from adaptbot_cli.resources import bundled
 from tests.core.test_mend import LIME_WATER
@@ -98,7 +98,7 @@ def test_what_an_edit_instead_of_the_offer_brings_up_is_asked(kitchen: Kg) -> No
 
 
 def test_an_edit_of_a_mended_plan_is_kept_when_the_person_goes_back(kitchen: Kg) -> None:
-    from adaptbot_cli.core.dialogue import mend
+    from adaptbot_cli.core.ask.dialogue import mend
     from adaptbot_cli.core.run import Run, look_at
     from adaptbot_cli.core.scene import Scene
 

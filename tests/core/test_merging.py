@@ -9,10 +9,10 @@ from rdflib import RDF, Literal
 
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
+from adaptbot_cli.core.ask.questions import Answer
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.merging import Facts, Merge, conflicts, question, side_of
-from adaptbot_cli.core.questions import Answer
-from adaptbot_cli.core.terms import AB, FALSE, TRUE, Triple
+from adaptbot_cli.core.graph.merging import Facts, Merge, conflicts, question, side_of
+from adaptbot_cli.core.graph.terms import AB, FALSE, TRUE, Triple
 from adaptbot_cli.resources import bundled
 from tests.adapters.store.homes import ex
 from tests.properties import examples

@@ -10,8 +10,8 @@ import pytest
 from rdflib import Literal, URIRef, Variable
 
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.sparql import template
-from adaptbot_cli.core.terms import TERMS, TRUE
+from adaptbot_cli.core.graph.sparql import template
+from adaptbot_cli.core.graph.terms import TERMS, TRUE
 from adaptbot_cli.errors import KnowledgeError, PackError
 from tests.worlds import ACTIONS, FILES, PREFIXES, W, replaced, workshop
 

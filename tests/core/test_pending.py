@@ -3,11 +3,11 @@
 from collections.abc import Generator
 from typing import Any
 
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask.pending import Pending, Sitting, Waiting, listed, sitting
+from adaptbot_cli.core.ask.questions import STOP, Answer
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
-from adaptbot_cli.core.pending import Pending, Sitting, Waiting, listed, sitting
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import STOP, Answer
 from adaptbot_cli.core.turns import Ask
 from tests.driving import Script, played
 from tests.worlds import facts, workshop

@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 from rdflib import Literal, URIRef, Variable
 
-from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Effect
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import STATES
 from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.refine.goals import rehearsed
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import STATES
 from tests.hanging import ends
 from tests.worlds import GOOD, W, facts, parsed, replaced, scene, workshop
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.refine.check import examine

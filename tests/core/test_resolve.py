@@ -2,8 +2,8 @@
 
 from rdflib import URIRef
 
-from adaptbot_cli.core import learning
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask import learning
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Call, Task
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.scene import Scene

@@ -10,14 +10,14 @@ from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import check_files, load_kg
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.robots import acting_as, held_by_another
+from adaptbot_cli.core.graph.terms import STATES, Triple
+from adaptbot_cli.core.graph.validate import faults, new_faults
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.robots import acting_as, held_by_another
-from adaptbot_cli.core.terms import STATES, Triple
 from adaptbot_cli.core.turns import Ask
-from adaptbot_cli.core.validate import faults, new_faults
 from adaptbot_cli.core.world import fact_of
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.resources import bundled

@@ -3,9 +3,9 @@
 import pytest
 from rdflib import Graph, Literal, URIRef, Variable
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.sparql import (
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.sparql import (
     bindable,
     form_of,
     in_order,

@@ -2,7 +2,7 @@
 
 from rdflib import Literal, URIRef
 
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.refine.grounding import Sound, understand
 from adaptbot_cli.core.scene import Scene
 from tests.worlds import W, call, replaced, scene, workshop

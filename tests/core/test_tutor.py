@@ -2,8 +2,8 @@
 
 from rdflib import URIRef
 
+from adaptbot_cli.core.ask.questions import LATER
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import LATER
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Checked, Executed, Keep, Learned, LookUp, Propose, Review
 from adaptbot_cli.core.tutor import Policy

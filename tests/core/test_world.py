@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import Literal, URIRef
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask.questions import LATER, Reviewed
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import LATER, Reviewed
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.request import Reading
+from adaptbot_cli.core.request.understand import Reading
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Propose, Stop, Turn
 from adaptbot_cli.core.tutor import Confirm, Policy, Turns, pursue, pursue_each
 from adaptbot_cli.core.world import (

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from adaptbot_cli.adapters.store.reading import triples
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.evaluation.recordings import Recording
 from adaptbot_cli.evaluation.trial import Basis
 from tests.worlds import ATTRIBUTES, FILES, PREFIXES, STATES

@@ -9,12 +9,12 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from adaptbot_cli.adapters.display.cells import GAP, Mark, Wrapped, columns, plain_text
-from adaptbot_cli.core.changes import Words, grouped
-from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB, Triple
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.terms import AB, Triple
+from adaptbot_cli.core.view.changes import Words, grouped
 
 SIGNS: Mapping[str, Mark] = {
     "added": Mark("+", "green"),

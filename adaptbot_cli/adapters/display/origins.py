@@ -9,9 +9,9 @@ from rich.text import Text
 
 from adaptbot_cli.adapters.display.cells import Mark, cell, count, indented, joined, minute, noted
 from adaptbot_cli.adapters.display.things import Plain, action
-from adaptbot_cli.core.changes import PARTS, Changes, Edited, ValueChange, Words, by_thing
-from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id
-from adaptbot_cli.core.terms import AB, Triple
+from adaptbot_cli.core.graph.terms import AB, Triple
+from adaptbot_cli.core.view.changes import PARTS, Changes, Edited, ValueChange, Words, by_thing
+from adaptbot_cli.core.view.provenance import Chapter, Origin, Turnover, answer_id
 
 _SIGNS = {
     "added": Mark("+", "green"),

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from adaptbot_cli.adapters.display.cells import plain_text, recorder
-from adaptbot_cli.core.progress import Event, Progress, ProgressLine
+from adaptbot_cli.core.view.progress import Event, Progress, ProgressLine
 from adaptbot_cli.core.visible import visible
 
 _COLOURS = ("cyan", "green", "yellow", "magenta", "blue", "bright_red", "bright_cyan")

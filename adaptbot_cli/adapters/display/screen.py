@@ -23,14 +23,14 @@ from adaptbot_cli.adapters.display.cells import (
 )
 from adaptbot_cli.adapters.display.diff import diff_table
 from adaptbot_cli.adapters.display.plan_table import plan_table, summary
-from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.editing import Edit
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.report import Outcome, Report, Result
-from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import (
     Act,
     Amend,

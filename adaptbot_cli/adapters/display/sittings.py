@@ -9,7 +9,7 @@ from rich.text import Text
 
 from adaptbot_cli.adapters.display.cells import GOOD, WARNING, cell, count, joined, noted, table
 from adaptbot_cli.adapters.display.screen import kept, verdict
-from adaptbot_cli.core.pending import Pending, Sitting
+from adaptbot_cli.core.ask.pending import Pending, Sitting
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Ask, Learned, Review, Turn
 

@@ -20,10 +20,10 @@ from adaptbot_cli.adapters.display.cells import (
     table,
 )
 from adaptbot_cli.adapters.display.origins import difference
-from adaptbot_cli.core.changes import Status, Words
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.importing import Parcel
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.importing import Parcel
+from adaptbot_cli.core.graph.terms import local
+from adaptbot_cli.core.view.changes import Status, Words
 
 _MOST_ROWS = 12
 

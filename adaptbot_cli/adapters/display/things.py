@@ -10,9 +10,9 @@ from rich.text import Text
 
 from adaptbot_cli.adapters.display.cells import cell, count, indented
 from adaptbot_cli.core.domain import Kind
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import local
-from adaptbot_cli.core.view import Thing
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import local
+from adaptbot_cli.core.view.facts import Thing
 
 Plain = dict[str, Any]
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, read_plan
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import nearest, normal
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task

@@ -14,9 +14,9 @@ from typing import Any
 import yaml
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, library_files, read_plan, stems
-from adaptbot_cli.core.learning import Lesson, safe_name
+from adaptbot_cli.core.ask.learning import Lesson, safe_name
+from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.turns import Planner, Proposal, Propose
 from adaptbot_cli.errors import PackError
 

@@ -18,10 +18,10 @@ from jinja2.visitor import NodeTransformer
 
 from adaptbot_cli import bounded
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import misspelt, normal, singulars, words
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.request import excludes, usable
+from adaptbot_cli.core.request.understand import excludes, usable
 from adaptbot_cli.core.turns import Proposal, Propose
 from adaptbot_cli.errors import ModelError, PackError
 from adaptbot_cli.resources import root_of

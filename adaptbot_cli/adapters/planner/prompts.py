@@ -22,11 +22,11 @@ from rdflib import RDF, URIRef
 from adaptbot_cli.adapters.planner.forms import MARK, STYLES, Form, Style
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library, stems
 from adaptbot_cli.core.domain import Action, Kind
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import words
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Call, Finding, Task
-from adaptbot_cli.core.request import excludes
+from adaptbot_cli.core.request.understand import excludes
 from adaptbot_cli.core.turns import Propose
 
 Part = Literal["items", "example", "memory"]

@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 from urllib.request import HTTPRedirectHandler, ProxyHandler, Request, build_opener
 
 from adaptbot_cli import bounded
-from adaptbot_cli.core.clock import EndlessError, within
+from adaptbot_cli.core.graph.clock import EndlessError, within
 from adaptbot_cli.errors import ModelError
 
 OLLAMA = "http://127.0.0.1:11434"

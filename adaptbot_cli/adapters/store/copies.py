@@ -22,8 +22,8 @@ import pyoxigraph
 from adaptbot_cli import cache
 from adaptbot_cli.adapters.store.domains import program
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.index import NameIndex
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.index import NameIndex
+from adaptbot_cli.core.graph.kg import Kg
 
 _MOST = 4
 """How many copies are kept; versions of one home share most of what they hold."""

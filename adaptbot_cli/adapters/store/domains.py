@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from adaptbot_cli import cache, core
-from adaptbot_cli.core import domain, faults, plan
+from adaptbot_cli.core import domain, plan
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.faults import Fault
+from adaptbot_cli.core.graph import faults
+from adaptbot_cli.core.graph.faults import Fault
 
 _KIND: Final = "domains"
 _MOST: Final = 32

@@ -12,9 +12,9 @@ from rdflib.term import Node
 
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store.turtle import BOM, blaming, engine_term, serialize
+from adaptbot_cli.core.graph.sparql import in_order, unknown_prefixes
+from adaptbot_cli.core.graph.terms import Triple, kept, local, node_of, triple_of
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.sparql import in_order, unknown_prefixes
-from adaptbot_cli.core.terms import Triple, kept, local, node_of, triple_of
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 FORMATS: Mapping[str, Any] = {

@@ -23,9 +23,9 @@ from adaptbot_cli.adapters.store.turtle import (
     engine_term,
     parsed,
 )
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import safe_name
-from adaptbot_cli.core.terms import Triple, local, node_of
+from adaptbot_cli.core.ask.learning import safe_name
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import Triple, local, node_of
 from adaptbot_cli.errors import KnowledgeError
 
 SIZE: Final = 256 * 1024

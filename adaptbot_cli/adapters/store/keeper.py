@@ -32,14 +32,22 @@ from adaptbot_cli.adapters.store.reading import (
 from adaptbot_cli.adapters.store.trailers import compose, of_lessons, write
 from adaptbot_cli.adapters.store.turtle import parsed, rewrite, statements, tokens
 from adaptbot_cli.adapters.store.versions import Versions
-from adaptbot_cli.core.delta import Delta, net
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import (
+    AB,
+    ACTION_PARTS,
+    FACT_TERMS,
+    STATES,
+    Triple,
+    kept,
+    ordered,
+)
+from adaptbot_cli.core.graph.validate import faults, new_faults
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.terms import AB, ACTION_PARTS, FACT_TERMS, STATES, Triple, kept, ordered
 from adaptbot_cli.core.turns import Believe, Keep, Kept
-from adaptbot_cli.core.validate import faults, new_faults
 from adaptbot_cli.errors import KnowledgeError, UsageError
 
 _ACTIONS = "actions.ttl"

@@ -12,9 +12,10 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Held, faults_of
 from adaptbot_cli.adapters.store.reading import fact_files, graph_of
 from adaptbot_cli.adapters.store.versions import Versions, facts_of, read
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.merging import (
+from adaptbot_cli.core.ask.questions import Question
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.merging import (
     Conflict,
     Facts,
     Key,
@@ -24,8 +25,7 @@ from adaptbot_cli.core.merging import (
     of_faults,
     question,
 )
-from adaptbot_cli.core.provenance import Origin
-from adaptbot_cli.core.questions import Question
+from adaptbot_cli.core.view.provenance import Origin
 from adaptbot_cli.errors import KnowledgeError
 
 Files = Mapping[str, bytes]

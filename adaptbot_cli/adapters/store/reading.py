@@ -12,11 +12,11 @@ from adaptbot_cli import bounded
 from adaptbot_cli.adapters.store import domains, turtle
 from adaptbot_cli.adapters.store.files import FOLDERS
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
+from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.core.pack import Sources, examine_domain, with_tasks
-from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local, triple_of
-from adaptbot_cli.core.validate import faults
 from adaptbot_cli.errors import KnowledgeError, PackError
 
 DOMAIN_FILES = ("domain.ttl", "actions.ttl", "tasks.ttl")

@@ -23,12 +23,20 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.trailers import answers, parse, write
 from adaptbot_cli.adapters.store.turtle import engine_term
 from adaptbot_cli.adapters.store.versions import facts_of
-from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.importing import accept
-from adaptbot_cli.core.merging import Facts
-from adaptbot_cli.core.provenance import Told
-from adaptbot_cli.core.terms import AB, DATATYPES, FACT_TERMS, Triple, is_value, local, node_of
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.importing import accept
+from adaptbot_cli.core.graph.merging import Facts
+from adaptbot_cli.core.graph.terms import (
+    AB,
+    DATATYPES,
+    FACT_TERMS,
+    Triple,
+    is_value,
+    local,
+    node_of,
+)
+from adaptbot_cli.core.view.provenance import Told
 from adaptbot_cli.errors import KnowledgeError
 
 _CLOSED: Final = 4

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.provenance import Told, plain, short
-from adaptbot_cli.core.terms import local
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.terms import local
+from adaptbot_cli.core.view.provenance import Told, plain, short
 
 Trailers = tuple[tuple[str, str], ...]
 

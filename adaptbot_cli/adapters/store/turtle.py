@@ -25,7 +25,7 @@ from rdflib import RDF, RDFS, XSD, BNode, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli import bounded
-from adaptbot_cli.core.terms import Triple, kept, node_of, term_of
+from adaptbot_cli.core.graph.terms import Triple, kept, node_of, term_of
 from adaptbot_cli.errors import KnowledgeError
 
 KNOWN_PREFIXES: Final[Mapping[str, str]] = {

@@ -24,10 +24,10 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import graph_of, in_order, paths_of
 from adaptbot_cli.adapters.store.trailers import Commit, answers, taught
 from adaptbot_cli.adapters.store.turtle import engine, parsed
-from adaptbot_cli.core.changes import Changes, PackEntry
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.provenance import Chapter, Origin, Turnover, answer_id, short
-from adaptbot_cli.core.terms import AB, Triple, local, node_of, triple_of
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.terms import AB, Triple, local, node_of, triple_of
+from adaptbot_cli.core.view.changes import Changes, PackEntry
+from adaptbot_cli.core.view.provenance import Chapter, Origin, Turnover, answer_id, short
 from adaptbot_cli.errors import KnowledgeError
 
 PACK = Origin("pack")

@@ -6,7 +6,7 @@ from typing import Any
 
 from adaptbot_cli.adapters.terminal.canvas import OPEN, plain, title
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,
     LATER,
     NO,

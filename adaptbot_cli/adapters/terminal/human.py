@@ -11,10 +11,9 @@ from adaptbot_cli.adapters.terminal import canvas
 from adaptbot_cli.adapters.terminal.canvas import shown, title
 from adaptbot_cli.adapters.terminal.menu import BACK, Keys, YesNo
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.core.editing import Edit as PlanEdit
-from adaptbot_cli.core.learning import Lesson, number_trouble
-from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.editing import Edit as PlanEdit
+from adaptbot_cli.core.ask.learning import Lesson, number_trouble
+from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,
     INSTEAD,
     LATER,
@@ -28,6 +27,7 @@ from adaptbot_cli.core.questions import (
     Reviewed,
     back,
 )
+from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.core.turns import Amend
 
 if TYPE_CHECKING:

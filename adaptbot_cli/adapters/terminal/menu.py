@@ -11,7 +11,7 @@ from textwrap import wrap
 from typing import Any, ClassVar
 
 from adaptbot_cli.adapters.terminal.canvas import OPEN, heading, plain, title
-from adaptbot_cli.core.questions import Choice
+from adaptbot_cli.core.ask.questions import Choice
 
 Line = Sequence[tuple[str, str]]
 """One line to draw: styles, each with its text."""

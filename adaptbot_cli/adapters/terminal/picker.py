@@ -6,8 +6,8 @@ from typing import Any
 
 from adaptbot_cli.adapters.terminal.canvas import OPEN, plain, title
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
+from adaptbot_cli.core.ask.questions import Choice, Names
 from adaptbot_cli.core.names import nearest, normal
-from adaptbot_cli.core.questions import Choice, Names
 
 _ALIKE, _SLIP = 3, 0.7
 """How many choices are shown that are written otherwise, and how alike they must be."""

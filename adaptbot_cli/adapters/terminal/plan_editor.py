@@ -12,12 +12,12 @@ from adaptbot_cli.adapters.terminal import canvas
 from adaptbot_cli.adapters.terminal.canvas import shown
 from adaptbot_cli.adapters.terminal.menu import BACK, Keys
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.core.acting.draft import signature
-from adaptbot_cli.core.editing import Edit, EditableCall, EditKind, called, edited, lines
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import finder
+from adaptbot_cli.core.ask.acting.draft import signature
+from adaptbot_cli.core.ask.editing import Edit, EditableCall, EditKind, called, edited, lines
+from adaptbot_cli.core.ask.learning import finder
+from adaptbot_cli.core.ask.questions import MOST_SHOWN, Choice, Names
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
-from adaptbot_cli.core.questions import MOST_SHOWN, Choice, Names
 from adaptbot_cli.core.turns import Amend
 from adaptbot_cli.errors import UsageError
 

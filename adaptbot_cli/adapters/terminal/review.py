@@ -6,10 +6,10 @@ from typing import Any
 
 from adaptbot_cli.adapters.terminal.canvas import OPEN, plain
 from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import Key, Reviewed
+from adaptbot_cli.core.ask.teach import resting_on
 from adaptbot_cli.core.names import sentence_list
-from adaptbot_cli.core.questions import Key, Reviewed
-from adaptbot_cli.core.teach import resting_on
 
 TITLE = "Keep this?"
 

@@ -4,14 +4,14 @@ from typing import Any
 
 import yaml
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.editing import Edit, edited
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.ask.editing import Edit, edited
+from adaptbot_cli.core.ask.questions import LATER, Answer, Key, Reviewed
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.questions import LATER, Answer, Key, Reviewed
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.core.terms import local
 from adaptbot_cli.core.turns import (
     Act,
     Amend,

@@ -10,8 +10,8 @@ from typing import Any
 from adaptbot_cli import bounded
 from adaptbot_cli.adapters.transcript.documents import FORMAT, Document, answer_of, key_of
 from adaptbot_cli.adapters.transcript.memory import Memory
+from adaptbot_cli.core.ask.questions import LATER, STOP, UNKNOWN, YES, Key
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.questions import LATER, STOP, UNKNOWN, YES, Key
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.resources import root_of
 

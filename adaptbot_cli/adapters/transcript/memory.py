@@ -10,9 +10,9 @@ from adaptbot_cli.adapters.transcript.documents import (
     finding_text,
     key_of,
 )
-from adaptbot_cli.core.editing import EDITS, Edit
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import (
+from adaptbot_cli.core.ask.editing import EDITS, Edit
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,
     KINDS,
     LATER,

@@ -13,10 +13,10 @@ from adaptbot_cli.adapters.transcript.documents import (
     key_of,
     seen_of,
 )
-from adaptbot_cli.core.editing import EDITS, Edit
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import Lesson
-from adaptbot_cli.core.questions import KNOWN, LATER, Answer, Question, Reviewed, back
+from adaptbot_cli.core.ask.editing import EDITS, Edit
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import KNOWN, LATER, Answer, Question, Reviewed, back
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import (
     Act,

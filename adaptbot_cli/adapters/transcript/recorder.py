@@ -13,8 +13,8 @@ from adaptbot_cli.adapters.transcript.documents import (
     finished,
     reply_fields,
 )
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.questions import LATER
+from adaptbot_cli.core.ask.questions import LATER
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Amend, Turn
 from adaptbot_cli.errors import KnowledgeError

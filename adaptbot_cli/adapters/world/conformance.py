@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from rdflib import URIRef
 
 from adaptbot_cli.adapters.world.process import Process
-from adaptbot_cli.core.delta import Delta
 from adaptbot_cli.core.domain import Action
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.plan import Call, Step, Task
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.turns import Act, Begin, Stop

@@ -15,9 +15,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import IO, Any
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import STATES, Triple
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import STATES, Triple
 from adaptbot_cli.core.turns import Act, Begin, Stop
 from adaptbot_cli.core.world import LOST, Seen, fact_of, named, plain, possible
 from adaptbot_cli.errors import WorldError

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 from rdflib import RDF, RDFS, BNode, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import AB, ATTRIBUTES, STATES, Triple, local
+from adaptbot_cli.core.graph.validate import new_faults
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import attribute_findings, sentence
 from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Bound
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import AB, ATTRIBUTES, STATES, Triple, local
 from adaptbot_cli.core.turns import Act, Begin, Stop
-from adaptbot_cli.core.validate import new_faults
 from adaptbot_cli.core.world import Seen
 from adaptbot_cli.errors import WorldError
 

@@ -117,7 +117,7 @@ def carry_out(
     """
     from adaptbot_cli.adapters.display.cells import GOOD, WARNING, noted, plain_text
     from adaptbot_cli.adapters.display.origins import preview
-    from adaptbot_cli.core.changes import as_json
+    from adaptbot_cli.core.view.changes import as_json
     from adaptbot_cli.session import change
 
     out = console(stderr=consent.json)

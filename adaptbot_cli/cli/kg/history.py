@@ -76,7 +76,7 @@ def diff(
     from adaptbot_cli.adapters.display.cells import cell
     from adaptbot_cli.adapters.display.origins import difference, patch_notes
     from adaptbot_cli.adapters.store.turtle import engine_term
-    from adaptbot_cli.core.changes import as_json, as_update
+    from adaptbot_cli.core.view.changes import as_json, as_update
     from adaptbot_cli.session.knowledge import differences
 
     home = place.home()
@@ -108,8 +108,8 @@ def why(
 ) -> None:
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
     from adaptbot_cli.adapters.display.origins import why as table
-    from adaptbot_cli.core import describing
-    from adaptbot_cli.core.terms import local
+    from adaptbot_cli.core.graph.terms import local
+    from adaptbot_cli.core.view import describing
     from adaptbot_cli.session import knowledge
 
     home = place.home()

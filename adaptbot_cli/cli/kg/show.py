@@ -20,7 +20,7 @@ from adaptbot_cli.cli.common import (
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from adaptbot_cli.core.kg import Kg
+    from adaptbot_cli.core.graph.kg import Kg
 
     Shown = tuple[Any, Callable[[], RenderableType]]
 
@@ -60,7 +60,7 @@ def show(
 
 def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
     from adaptbot_cli.adapters.display import things
-    from adaptbot_cli.core import describing
+    from adaptbot_cli.core.view import describing
 
     domain = graph.domain
     task_entries = [describing.task(task, domain) for task in domain.tasks] if tasks else []
@@ -71,7 +71,7 @@ def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
 
 def _everything(graph: "Kg") -> "Shown":
     from adaptbot_cli.adapters.display import things
-    from adaptbot_cli.core import view
+    from adaptbot_cli.core.view import facts as view
 
     groups = view.everything(graph)
     found = [thing.as_json() for _, members in groups for thing in members]
@@ -81,7 +81,8 @@ def _everything(graph: "Kg") -> "Shown":
 def _called(graph: "Kg", name: str) -> "Shown":
     """What bears a name: a thing goes before a class, an action and a task."""
     from adaptbot_cli.adapters.display import things
-    from adaptbot_cli.core import describing, view
+    from adaptbot_cli.core.view import describing
+    from adaptbot_cli.core.view import facts as view
 
     found = view.called(graph, name)
     if found:
@@ -110,8 +111,8 @@ def _called(graph: "Kg", name: str) -> "Shown":
 
 
 def _unknown(graph: "Kg", name: str) -> Exception:
-    from adaptbot_cli.core import view
-    from adaptbot_cli.core.learning import is_absent
+    from adaptbot_cli.core.ask.learning import is_absent
+    from adaptbot_cli.core.view import facts as view
     from adaptbot_cli.errors import UsageError
 
     for kind, what in (("item", "here"), ("action", "possible here")):
@@ -138,8 +139,8 @@ def stats(
 ) -> None:
     """Count nodes and edges as the paper does, and what there is of each class."""
     from adaptbot_cli.adapters.display import things
-    from adaptbot_cli.core import view
-    from adaptbot_cli.core.terms import local
+    from adaptbot_cli.core.graph.terms import local
+    from adaptbot_cli.core.view import facts as view
     from adaptbot_cli.session import sources
 
     home = place.home()

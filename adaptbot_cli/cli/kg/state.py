@@ -21,7 +21,7 @@ def status(
 ) -> None:
     """Tell where the knowledge is, its revision, edits not yet committed, runs not ended."""
     from adaptbot_cli.adapters.display.standing import status as table
-    from adaptbot_cli.core.changes import as_json
+    from adaptbot_cli.core.view.changes import as_json
     from adaptbot_cli.session import validation
 
     home = place.home()

@@ -7,7 +7,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 import pyoxigraph
 from rdflib import RDFS, Graph, Literal, URIRef, Variable
 
-from adaptbot_cli.core.clock import LONGEST, within
 from adaptbot_cli.core.domain import (
     Action,
     AttributeRequirement,
@@ -17,17 +16,8 @@ from adaptbot_cli.core.domain import (
     Parameter,
     Property,
 )
-from adaptbot_cli.core.names import a, misspelt, nearest, nearest_remedy, sentence_list
-from adaptbot_cli.core.pack.entry import (
-    NOTHING,
-    EntryReader,
-    Notes,
-    check_message,
-    entries,
-    order_of,
-)
-from adaptbot_cli.core.pack.vocabulary import check_terms
-from adaptbot_cli.core.sparql import (
+from adaptbot_cli.core.graph.clock import LONGEST, within
+from adaptbot_cli.core.graph.sparql import (
     bindable,
     dollars,
     makes_text,
@@ -40,7 +30,17 @@ from adaptbot_cli.core.sparql import (
     used_variables,
     variables,
 )
-from adaptbot_cli.core.terms import AB, DATATYPES, WRITTEN, Triple, is_value, local
+from adaptbot_cli.core.graph.terms import AB, DATATYPES, WRITTEN, Triple, is_value, local
+from adaptbot_cli.core.names import a, misspelt, nearest, nearest_remedy, sentence_list
+from adaptbot_cli.core.pack.entry import (
+    NOTHING,
+    EntryReader,
+    Notes,
+    check_message,
+    entries,
+    order_of,
+)
+from adaptbot_cli.core.pack.vocabulary import check_terms
 
 _LIKE = 0.8
 """How alike a variable and a parameter must be spelt for the one to be a slip for the other."""

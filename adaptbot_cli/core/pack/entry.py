@@ -9,8 +9,8 @@ from rdflib import RDF, BNode, Graph, Literal, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.terms import AB, local
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.terms import AB, local
 from adaptbot_cli.errors import PackError
 
 NOTHING = URIRef("")

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from rdflib import RDF, RDFS, Graph, URIRef
 
 from adaptbot_cli.core.domain import Domain, Implication, InitialState, Kind, Property
-from adaptbot_cli.core.faults import Fault
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.terms import AB, Triple, local
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.pack.actions import changed, query_of, read_actions
 from adaptbot_cli.core.pack.entry import EntryReader, Notes, check_message, entries
 from adaptbot_cli.core.pack.vocabulary import check_terms, check_types
 from adaptbot_cli.core.plan import Constraint, Goal, Task
-from adaptbot_cli.core.terms import AB, Triple, local
 
 
 @dataclass(frozen=True, slots=True)

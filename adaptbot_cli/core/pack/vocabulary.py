@@ -6,9 +6,9 @@ from difflib import get_close_matches
 from rdflib import RDF, RDFS, BNode, Graph, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.faults import Fault
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.terms import AB, TERMS, local
 from adaptbot_cli.core.pack.entry import Notes
-from adaptbot_cli.core.terms import AB, TERMS, local
 
 _SPACES: tuple[tuple[str, str, frozenset[str]], ...] = (
     ("ab", str(AB), TERMS),

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse.phrases import Vocabulary
 from adaptbot_cli.core.parse.text import parse
 from adaptbot_cli.core.plan import Parsed

@@ -13,7 +13,7 @@ from itertools import groupby, takewhile
 
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.english import PRONOUNS, TIMES, UNCOUNTED, count_of
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import normal, parted
 from adaptbot_cli.core.parse.calls import read_table, worded
 from adaptbot_cli.core.plan import Call, keyworded

@@ -6,7 +6,8 @@ from itertools import islice
 
 from rdflib.term import Node
 
-from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.ask.learning import is_absent
+from adaptbot_cli.core.graph.sparql import mentions
 from adaptbot_cli.core.names import normal, singulars, words
 from adaptbot_cli.core.plan import Call, Finding, Parsed
 from adaptbot_cli.core.refine import resolve
@@ -17,7 +18,6 @@ from adaptbot_cli.core.refine.repair import MOST_ROWS, Aim, aim, all_hold, compl
 from adaptbot_cli.core.refine.walk import Walk
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.sparql import mentions
 
 _OF_A_NAME = frozenset({"E101", "E201"})
 _OF_MOVING = frozenset({"E202", "E302"})

@@ -9,17 +9,17 @@ from dataclasses import replace
 from rdflib import URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.clauses import concerns
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.faults import Fault
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.faults import Fault
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.sparql import mentions, ruled_out
+from adaptbot_cli.core.graph.terms import TRUE
 from adaptbot_cli.core.plan import Finding, Goal, Task
 from adaptbot_cli.core.refine.grounding import sentence
 from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Outcome, Report
+from adaptbot_cli.core.request.clauses import concerns
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.sparql import mentions, ruled_out
-from adaptbot_cli.core.terms import TRUE
 
 
 def rehearsed(report: Report, kg: Kg) -> Outcome:

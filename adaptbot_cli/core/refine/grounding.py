@@ -8,15 +8,15 @@ from rdflib import Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.domain import Action, AttributeRequirement, CalledAs, Parameter
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.robots import held_by_another
+from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.names import a, normal
 from adaptbot_cli.core.plan import Call, Change, Finding, Parsed
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.report import Bound
-from adaptbot_cli.core.request import doubtful
-from adaptbot_cli.core.robots import held_by_another
+from adaptbot_cli.core.request.understand import doubtful
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.terms import local
 
 
 @dataclass(frozen=True, slots=True)

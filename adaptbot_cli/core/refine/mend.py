@@ -10,7 +10,9 @@ from dataclasses import dataclass, replace
 from rdflib import URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.sparql import mentions
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.plan import Call, Finding, Goal, Parsed
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.check import examine
@@ -18,8 +20,6 @@ from adaptbot_cli.core.refine.grounding import known_values, render, understand
 from adaptbot_cli.core.refine.repair import LONGEST_REPAIR, MOST_IN_ALL, MOST_ROWS, Search, aim
 from adaptbot_cli.core.report import Bound, Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.core.sparql import mentions
-from adaptbot_cli.core.terms import Triple
 
 _ROUNDS = 5
 """How often a mended plan is looked at again for what else would mend it."""

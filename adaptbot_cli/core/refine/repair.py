@@ -8,14 +8,14 @@ from typing import Any
 from rdflib import Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta, net
 from adaptbot_cli.core.domain import Action, Condition, Parameter
-from adaptbot_cli.core.kg import Bindings, Kg
+from adaptbot_cli.core.graph.delta import Delta, net
+from adaptbot_cli.core.graph.kg import Bindings, Kg
+from adaptbot_cli.core.graph.robots import held_by_another
+from adaptbot_cli.core.graph.sparql import mentions, ruled_out
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.refine.grounding import attribute_findings
 from adaptbot_cli.core.report import Bound
-from adaptbot_cli.core.robots import held_by_another
-from adaptbot_cli.core.sparql import mentions, ruled_out
-from adaptbot_cli.core.terms import Triple
 
 LONGEST_REPAIR = 6
 """How many missing steps are inserted for one need at most."""

@@ -13,8 +13,8 @@ from typing import TypeVar
 from rdflib import URIRef
 
 from adaptbot_cli.core import english
+from adaptbot_cli.core.ask.learning import is_absent
 from adaptbot_cli.core.domain import Action, CalledAs
-from adaptbot_cli.core.learning import is_absent
 from adaptbot_cli.core.names import (
     folded,
     misspelt,

@@ -7,10 +7,12 @@ from itertools import islice
 from rdflib import Literal
 from rdflib.term import Node
 
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.ask.learning import is_absent
 from adaptbot_cli.core.domain import Condition
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.learning import is_absent
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.sparql import variables
+from adaptbot_cli.core.graph.terms import TRUE, Triple
 from adaptbot_cli.core.plan import Finding, Status, Step, Written
 from adaptbot_cli.core.refine.grounding import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.refine.repair import (
@@ -31,8 +33,6 @@ from adaptbot_cli.core.refine.repair import (
     readings,
 )
 from adaptbot_cli.core.report import Bound
-from adaptbot_cli.core.sparql import variables
-from adaptbot_cli.core.terms import TRUE, Triple
 
 
 @dataclass(slots=True)

@@ -18,7 +18,7 @@ from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.errors import ModelError

@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.planner.prompts import Prompts, Style
 from adaptbot_cli.adapters.planner.scrub import Secrets
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.turns import Proposal, Propose

@@ -19,8 +19,8 @@ from adaptbot_cli.adapters.planner.prompts import (
 )
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.kg import Kg
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.resources import bundled

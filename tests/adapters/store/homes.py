@@ -7,11 +7,11 @@ from pathlib import Path
 from rdflib import RDF, Literal, URIRef
 
 from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper, WorkspaceStart, start
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.learning import Lesson
+from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.questions import Answer, Question
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.plan import Task
-from adaptbot_cli.core.questions import Answer, Question
-from adaptbot_cli.core.terms import Triple
 from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.workspace import Workspace
 

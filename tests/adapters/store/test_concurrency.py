@@ -15,7 +15,7 @@ import pytest
 
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
-from adaptbot_cli.core.validate import faults
+from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session import sources
 from adaptbot_cli.workspace import Workspace

@@ -15,7 +15,7 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.session import change, packs, queries, sources, sync, teaching
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace

@@ -14,8 +14,8 @@ import yaml
 from rich.console import Console
 
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.questions import Answer
+from adaptbot_cli.core.ask.questions import Answer
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.turns import Ask, Turn
 from adaptbot_cli.session.build import Request, build
 from adaptbot_cli.workspace import Workspace

@@ -12,7 +12,7 @@ import pytest
 
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper, start
-from adaptbot_cli.core.delta import Delta
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.turns import Keep
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session import sources

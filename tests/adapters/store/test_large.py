@@ -18,10 +18,10 @@ from adaptbot_cli.adapters.store.filing import Filing
 from adaptbot_cli.adapters.store.keeper import Held
 from adaptbot_cli.adapters.store.reading import load_kg, parts_of
 from adaptbot_cli.adapters.store.versions import facts_of
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.index import WORD
-from adaptbot_cli.core.kg import Kg
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.index import WORD
+from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.resources import bundled
 from tests.adapters.store.homes import ex

@@ -14,7 +14,7 @@ from rdflib.compare import isomorphic
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.turtle import rewrite, serialize
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.errors import KnowledgeError
 from tests.hanging import ends
 from tests.properties import examples

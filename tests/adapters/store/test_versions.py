@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.adapters.store.versions import Versions, facts_of
-from adaptbot_cli.core.delta import Delta
-from adaptbot_cli.core.terms import Triple
+from adaptbot_cli.core.graph.delta import Delta
+from adaptbot_cli.core.graph.terms import Triple
 from tests.adapters.store.homes import ex, item, keeper, leek
 from tests.adapters.store.test_turtle import PACK, documents, facts
 from tests.properties import examples

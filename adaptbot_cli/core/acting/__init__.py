@@ -1,5 +1,0 @@
-"""How a person teaches an action: the dialogue, what it may be made of, and its facts."""
-
-from adaptbot_cli.core.acting.talk import TaughtAction, Unknown, played
-
-__all__ = ["TaughtAction", "Unknown", "played"]

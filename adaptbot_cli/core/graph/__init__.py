@@ -1,0 +1,1 @@
+"""The knowledge graph in memory, and what is judged of facts and packs."""

@@ -1,0 +1,1 @@
+"""What was asked: a person's words, read."""

@@ -1,0 +1,1 @@
+"""What people read: things, changes, origins, results, progress lines."""
