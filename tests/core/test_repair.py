@@ -1,8 +1,11 @@
 """Repairs that are sound: nothing undone, nothing done twice, needs met together."""
 
 import pytest
+from rdflib import URIRef
 
+from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
+from adaptbot_cli.core.graph.terms import TRUE
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.refine.check import examine
@@ -10,7 +13,7 @@ from adaptbot_cli.core.refine.goals import rehearsed
 from adaptbot_cli.core.refine.mend import mended, with_remedies
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from tests.worlds import changed, parsed, workshop
+from tests.worlds import W, changed, parsed, workshop
 
 MARKS = {"inserted": "+ ", "dropped": "- ", "finding": "! "}
 
@@ -213,17 +216,28 @@ def test_a_thousand_actions_do_not_hide_the_one_that_helps() -> None:
     assert steps(report) == ["+ walk_to(radio)", "+ plug_in(radio)", "start(radio)"]
 
 
+SHAKING = "".join(
+    f'w:shake_{n} a ab:Action ; rdfs:label "shake_{n}" ; ab:order {20 + n} ;'
+    ' ab:explain "shake a part" ; ab:parameters ( [ ab:name "part" ; ab:class w:part ] ) ;'
+    ' ab:effect """DELETE { ?part w:blessed ?was } INSERT { ?part w:blessed ?new } WHERE {'
+    f' OPTIONAL {{ ?part w:blessed ?was }} BIND(COALESCE(?was, 10) * 2 + {n} AS ?new) }}""" .\n'
+    for n in range(6)
+)
+
+
 def test_a_search_that_gives_up_says_so() -> None:
-    shaking = "".join(
-        f'w:shake_{n} a ab:Action ; rdfs:label "shake_{n}" ; ab:order {20 + n} ;'
-        ' ab:explain "shake a part" ; ab:parameters ( [ ab:name "part" ; ab:class w:part ] ) ;'
-        ' ab:effect """DELETE { ?part w:blessed ?was } INSERT { ?part w:blessed ?new } WHERE {'
-        f' OPTIONAL {{ ?part w:blessed ?was }} BIND(COALESCE(?was, 10) * 2 + {n} AS ?new) }}""" .\n'
-        for n in range(6)
-    )
-    kg = workshop(actions=shaking)
-    [finding] = check("sell(plank)", kg).findings
+    [finding] = check("sell(plank)", workshop(actions=SHAKING)).findings
     assert finding.message == "plank must be blessed; the search was given up at its limit"
+
+
+def test_searches_in_vain_leave_others_tries_but_not_without_end() -> None:
+    kg = machines(SHAKING)
+    hopeless = "".join(f"shake_{n % 6}(plank)\nsell(plank)\n" for n in range(18))
+    report = check(f"{hopeless}start(radio)", kg)
+    assert steps(report)[-3:] == ["+ walk_to(radio)", "+ plug_in(radio)", "start(radio)"]
+    with kg.rehearsal():
+        kg.apply(Delta(added=frozenset({(URIRef(W + "it"), URIRef(W + "running"), TRUE)})))
+        assert kg.state < 10_000  # the states that were tried
 
 
 def test_a_goal_that_a_missing_step_would_reach_has_a_remedy() -> None:

@@ -88,11 +88,14 @@ def mended(report: Report, scene: Scene, parse: Callable[[str], Parsed]) -> Mend
     supposed: list[Triple] = []
     best: Mended | None = None
     short = len(report.open)
+    vain: set[Finding] = set()
     with scene.kg.rehearsal():
         for _ in range(_ROUNDS):
             new = dict(_without_helpers(report, scene))
             out = _failing(report, _IMPOSSIBLE) - new.keys()
-            added = _additions(report, scene)
+            added = _additions(report, scene, vain)
+            if new or added:
+                vain.clear()
             if not new and not out and not added:
                 out = _failing(report, _IMPOSSIBLE | _TOO_EARLY)
             if not new and not out and not added:
@@ -130,16 +133,19 @@ def _without_helpers(report: Report, scene: Scene) -> Iterator[tuple[int, Call]]
                 break
 
 
-def _additions(report: Report, scene: Scene) -> list[_Addition]:
+def _additions(report: Report, scene: Scene, vain: set[Finding]) -> list[_Addition]:
     """The steps that would bring about what the plan misses.
 
-    What is made of the required items comes once they are all in.
+    What is made of the required items comes once they are all in. Findings that nothing answers
+    join those looked at in `vain`, as the steps of the plan that can be done do not change by that.
     """
-    unmet = [finding for finding in report.findings if finding.code in _UNMET]
+    unmet = [f for f in report.findings if f.code in _UNMET and f not in vain]
     for some in ([f for f in unmet if f.subject], [f for f in unmet if not f.subject]):
-        found = [a for a in (_addition(f, report, scene) for f in some) if a]
+        added = {finding: _addition(finding, report, scene) for finding in some}
+        found = [each for each in added.values() if each]
         if found:
             return found
+        vain.update(some)
     return []
 
 
@@ -154,7 +160,10 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
     )
     for goal, item in _goals(finding, scene):
         tries = [(unused, False)] if unused and item is None else []
+        supposes = False
         for rather, supposing in (*tries, (frozenset(), False), (frozenset(), True)):
+            if supposing and not supposes:
+                break
             for limit in (1, 2, 4, LONGEST_REPAIR):
                 search = Search(
                     scene.kg,
@@ -165,6 +174,7 @@ def _addition(finding: Finding, report: Report, scene: Scene) -> _Addition | Non
                     left=MOST_IN_ALL,
                 )
                 found = _first(goal, item, report, scene, search)
+                supposes |= search.supposes
                 if found:
                     reason = goal.message.format(item=scene.kg.name(item)) if item else goal.message
                     return _as_addition(finding, *found, reason, report, scene)

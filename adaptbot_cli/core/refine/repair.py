@@ -36,6 +36,9 @@ bring one goal about. One for more steps may find at once what one for fewer can
 MOST_TO_KEEP = 100
 """How many actions are tried to find a way that undoes nothing, at most."""
 
+MOST_OF_A_PLAN = 10_000
+"""How many actions the repairs of one plan try at most; each one after that tries a hundred."""
+
 Key = tuple[str, tuple[tuple[str, Node], ...]]
 
 
@@ -146,7 +149,8 @@ class Search:
     If it is `yielding`, they are given up where nothing else helps: those are `undone`.
     A thing that `bars` holds of is not used. No search performs more than `most` actions, and all
     searches of one object no more than are `left`.
-    `gave_up` tells whether the last search ended at the limit of tries.
+    `supposes` tells whether unknown attributes made a difference, `gave_up` whether the last search
+    ended at the limit of tries.
     """
 
     kg: Kg
@@ -161,6 +165,7 @@ class Search:
     left: float = float("inf")
     yielding: bool = False
     undone: list[Triple] = field(default_factory=list)
+    supposes: bool = False
     gave_up: bool = False
     tries: int = 0
     _cut: bool = False
@@ -253,10 +258,9 @@ class Search:
         asked = (self.kg.state, key)
         if asked not in self._ruled_out:
             barred = self.bars is not None and any(map(self.bars, bound.values.values()))
-            self._ruled_out[asked] = barred or any(
-                not self.supposing or finding.code != "E301"
-                for finding in attribute_findings(bound, self.kg)
-            )
+            codes = {finding.code for finding in attribute_findings(bound, self.kg)}
+            self.supposes |= "E301" in codes
+            self._ruled_out[asked] = barred or bool(codes - ({"E301"} if self.supposing else set()))
         return self._ruled_out[asked]
 
     def _changes_only(self, bound: Bound, aims: list[Aim]) -> bool:

@@ -17,6 +17,7 @@ from adaptbot_cli.core.plan import Finding, Status, Step, Written
 from adaptbot_cli.core.refine.grounding import Sound, attribute_findings, render, sentence
 from adaptbot_cli.core.refine.repair import (
     MOST_DEFAULTS,
+    MOST_OF_A_PLAN,
     MOST_ROWS,
     MOST_TO_KEEP,
     Aim,
@@ -41,7 +42,7 @@ class Walk:
     `left_there` are things that cannot be picked up and need not be. Without `repair` no step is
     inserted. `needed` tells up to which place the plan's own steps need facts of a thing (None: of
     any) with a predicate; what they need is brought about again where they stand. No step is
-    inserted with what `bars` holds of."""
+    inserted with what `bars` holds of. `left` are the actions that repairs may still try."""
 
     kg: Kg
     repair: bool = True
@@ -57,6 +58,7 @@ class Walk:
     _achieved: dict[Triple, int] = field(default_factory=dict)
     _early: dict[Key, str] = field(default_factory=dict)
     gave_up: bool = False
+    left: float = MOST_OF_A_PLAN
 
     def skip(self, written: Written, reason: str) -> None:
         """Leave out a step of the plan that is not needed."""
@@ -227,16 +229,20 @@ class Walk:
         """Insert the steps that make all of some needs hold, if there are any such steps.
 
         They do not undo what the plan has come to so far, unless nothing else helps: then a warning
-        says so. Nor do they undo what the step that they stand `before` is for.
+        says so. Nor do they undo what the step that they stand `before` is for. A step that uses
+        something barred is not made possible.
         """
         open_ = [message for wanted, message in needs if not wanted.holds()]
-        if not open_ or not self.repair:
+        barred = self.bars is not None and before and any(map(self.bars, before.values.values()))
+        if not open_ or not self.repair or barred:
             return not open_
         aims = [wanted for wanted, _ in needs]
         mark = self.kg.mark
-        search = Search(self.kg, kept=self._kept(), yielding=True, bars=self.bars)
+        left = max(MOST_TO_KEEP, self.left)
+        search = Search(self.kg, kept=self._kept(), yielding=True, bars=self.bars, left=left)
         inserted = search.achieve(*aims)
         self.gave_up = search.gave_up
+        self.left -= left - search.left
         if inserted and search.undone:
             self.kg.undo_to(mark)
             careful = replace(search, yielding=False, longest=len(inserted) + 3, most=MOST_TO_KEEP)
