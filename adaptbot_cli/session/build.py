@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, fields
-from datetime import UTC, datetime
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from adaptbot_cli import __version__, bounded, trust
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper, WorkspaceStart, start
+from adaptbot_cli.adapters.store.keeper import CommitSource, Keeper
 from adaptbot_cli.adapters.store.reading import read_graphs
 from adaptbot_cli.core.ask.learning import safe_name
 from adaptbot_cli.core.domain import Domain
@@ -27,10 +26,11 @@ from adaptbot_cli.core.tutor import Confirm, Policy, pursue_each
 from adaptbot_cli.core.world import STOPPED
 from adaptbot_cli.errors import KnowledgeError, ModelError, WorldError
 from adaptbot_cli.resources import bundled, root_of
+from adaptbot_cli.session.author import now, person, stamp
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.session.past_runs import content_of, guarded, remembering, spent
-from adaptbot_cli.session.sources import EDITS, load, reader
+from adaptbot_cli.session.sources import EDITS, load, reader, started_on
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def build(
     replans = 0 if chosen.model is None else request.replans
     transcript = request.record
     if transcript is None and not request.dry_run:
-        name = f"{started():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
+        name = f"{now():%Y%m%dT%H%M%S%f}-{safe_name(request.task)}.yaml"
         transcript = workspace.transcripts / name
     with ExitStack() as stack:
         if sharing is not None:
@@ -340,33 +340,6 @@ def human_of(
     return TerminalHuman(prompts, person(), stamp, edits=edits, rejects=rejects)
 
 
-def person() -> str:
-    """Return the name of the person at this machine, empty if it cannot be told."""
-    import getpass
-
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError):
-        return ""
-
-
-def started() -> datetime:
-    """Return the time."""
-    return datetime.now(UTC)
-
-
-def stamp() -> str:
-    """Return the time as a transcript tells it."""
-    return started().isoformat(timespec="seconds")
-
-
-def started_on(domain: str, workspace: Workspace) -> WorkspaceStart:
-    """Make the workspace ready; what follows is on its files as they are then."""
-    workspace.folder(domain)  # a domain that is not there makes no workspace
-    first = partial(workspace.first_files, domain)
-    return start(workspace.root, domain, first, started, workspace.large)
-
-
 def keeper_of(
     domain: Domain, workspace: Workspace, planner: str, transcript: Path | None
 ) -> Keeper:
@@ -377,7 +350,7 @@ def keeper_of(
     if transcript is not None:
         inside = transcript.is_relative_to(workspace.transcripts)
         name = str(transcript.relative_to(workspace.transcripts)) if inside else transcript.name
-    source = CommitSource(planner, name, started, domain.robot)
+    source = CommitSource(planner, name, now, domain.robot)
     return Keeper(workspace.root, domain.name, source, plan_file=plan_file, large=workspace.large)
 
 

@@ -34,9 +34,10 @@ from adaptbot_cli.core.request.understand import understand
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.core.view.changes import Changes, about
 from adaptbot_cli.errors import KnowledgeError, ModelError, UsageError
-from adaptbot_cli.session.build import person, stamp, started, started_on
+from adaptbot_cli.session.author import now, person, stamp
 from adaptbot_cli.session.knowledge import Home, called, chapters, known_as, near_it
 from adaptbot_cli.session.replay import check
+from adaptbot_cli.session.sources import started_on
 
 _ANSWER = re.compile(r"[0-9a-f]{4,40}\.[0-9]+")
 
@@ -154,7 +155,7 @@ def keeper(home: Home) -> Keeper:
     """Make the workspace ready; return what commits changes that are no run's."""
     begun = started_on(home.domain, home.workspace)
     held = Held(f"kg/{home.domain}", begun.files, begun.kg)
-    source, large = CommitSource("none", "", started), home.workspace.large
+    source, large = CommitSource("none", "", now), home.workspace.large
     return Keeper(home.workspace.root, home.domain, source, held, large=large)
 
 
@@ -364,7 +365,7 @@ def commit_edits(home: Home, message: str) -> str | None:
             see = f"see adaptbot kg validate --domain {home.domain}"
             rest = f"; and {more} more: {see}" if more > 0 else ""
             raise KnowledgeError(f"the edits were not committed and stay as they are: {text}{rest}")
-        return commit_hand_edits(versions.repo, edited, message, started(), person())
+        return commit_hand_edits(versions.repo, edited, message, now(), person())
 
 
 def verdicts(home: Home, delta: Delta) -> list[tuple[str, str, str]]:

@@ -15,16 +15,11 @@ from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.turns import Human, Observer
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session.build import (
-    human_of,
-    keeper_of,
-    recording,
-    started,
-    started_on,
-)
+from adaptbot_cli.session.author import now
+from adaptbot_cli.session.build import human_of, keeper_of, recording
 from adaptbot_cli.session.drive import Ports, drive, without_planner
 from adaptbot_cli.session.past_runs import is_own
-from adaptbot_cli.session.sources import EDITS, load, reader
+from adaptbot_cli.session.sources import EDITS, load, reader, started_on
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -87,7 +82,7 @@ def sit_down(
 
     What an earlier sitting was told and did not come to keep is given again. Raises KnowledgeError.
     """
-    name = f"{started():%Y%m%dT%H%M%S%f}-pending.yaml"
+    name = f"{now():%Y%m%dT%H%M%S%f}-pending.yaml"
     path = _sittings(workspace) / name
     human = _remembering(workspace, human_of(answers, prompts))
     domain = open_.kg.domain

@@ -1,8 +1,9 @@
 """Where a graph comes from: the bundle, the workspace, a revision of it, files."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.files import read_files
@@ -15,7 +16,11 @@ from adaptbot_cli.core.request.understand import Reading, understand
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
+from adaptbot_cli.session.author import now
 from adaptbot_cli.workspace import Workspace
+
+if TYPE_CHECKING:
+    from adaptbot_cli.adapters.store.keeper import WorkspaceStart
 
 T = TypeVar("T")
 
@@ -49,6 +54,15 @@ def load(
     files = settled(workspace.root, lambda: workspace.files(domain))
     where = str(workspace.folder(domain))
     return acting_as(load_kg(files, where, read_graphs(facts), workspace.large), robot)
+
+
+def started_on(domain: str, workspace: Workspace) -> "WorkspaceStart":
+    """Make the workspace ready; what follows is on its files as they are then."""
+    from adaptbot_cli.adapters.store.keeper import start
+
+    workspace.folder(domain)  # a domain that is not there makes no workspace
+    first = partial(workspace.first_files, domain)
+    return start(workspace.root, domain, first, now, workspace.large)
 
 
 def settled(root: Path, read: Callable[[], T]) -> T:

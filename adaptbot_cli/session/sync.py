@@ -13,7 +13,7 @@ from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.merging import Conflict, Side, side_of
 from adaptbot_cli.core.turns import Human
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session.build import person, started
+from adaptbot_cli.session.author import now, person
 from adaptbot_cli.session.change import commit_edits, signed
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
@@ -106,7 +106,7 @@ def sync(workspace: Workspace, remote: str, human: Human) -> Synced:
                         f"{dirty[0]} is edited and not committed, and {link.name} has changed it "
                         "too; commit it with git, or take the edit back, and try again"
                     )
-                repo.commit(contents, message, started(), merging=theirs)
+                repo.commit(contents, message, now(), merging=theirs)
             notes = tuple(merger.notes)
         head = repo.head()
         if head is None or head == theirs or link.push(branch, head, theirs):

@@ -14,7 +14,8 @@ from adaptbot_cli.core.parse import parser
 from adaptbot_cli.core.turns import Ask, Human, Turn
 from adaptbot_cli.errors import Interrupted, KnowledgeError, UsageError
 from adaptbot_cli.resources import root_of
-from adaptbot_cli.session.build import human_of, person
+from adaptbot_cli.session.author import person
+from adaptbot_cli.session.build import human_of
 from adaptbot_cli.session.change import keeper
 from adaptbot_cli.session.drive import Noting, drive, without_planner
 from adaptbot_cli.session.knowledge import Home

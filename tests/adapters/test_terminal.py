@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from adaptbot_cli.adapters.terminal import AbsentHuman
-from adaptbot_cli.adapters.terminal.canvas import heading
+from adaptbot_cli.adapters.terminal.menu import heading
 from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.core.ask.questions import ABSENT, EXISTS, LATER, STOP, UNKNOWN, Choice
 from tests.adapters.person import HOSTILE, LESSONS, QUESTIONS

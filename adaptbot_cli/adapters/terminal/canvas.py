@@ -10,19 +10,16 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from rich.console import Console
 from rich.text import Text
 
-from adaptbot_cli.core.visible import visible
+from adaptbot_cli.adapters.terminal.menu import OPEN, Check, Line, Menu, plain
 
 if TYPE_CHECKING:
     from prompt_toolkit.completion import Completer
     from prompt_toolkit.formatted_text import StyleAndTextTuples
-
-    from adaptbot_cli.adapters.terminal.menu import Check, Line, Menu
 
 STYLE = {
     "qmark": "fg:ansicyan",
@@ -36,28 +33,6 @@ STYLE = {
     "bad": "fg:ansired",
 }
 
-OPEN: Any = object()
-"""What a key or a line leads to that has not answered the question yet."""
-
-_LONGEST, _LONGEST_NAME = 300, 70
-
-
-def shown(text: str, style: str = "", longest: int = _LONGEST) -> Text:
-    """Return text that is never markup nor an escape code, cut to a bearable length."""
-    cut = Text(visible(text), style)
-    cut.truncate(longest, overflow="ellipsis")
-    return cut
-
-
-def plain(text: str) -> str:
-    """Return the same as a string, for prompts: they take no markup in strings."""
-    return shown(text).plain
-
-
-def title(name: str) -> str:
-    """Return a name as it stands in a list: in words."""
-    return shown(name.replace("_", " "), longest=_LONGEST_NAME).plain
-
 
 def is_plain(console: Console) -> bool:
     """Tell whether prompts are numbered lines, answered by lines."""
@@ -65,7 +40,7 @@ def is_plain(console: Console) -> bool:
     return wanted or os.environ.get("TERM") == "dumb" or not console.is_terminal
 
 
-def ask(menu: "Menu", console: Console, follows: bool = False) -> Any:
+def ask(menu: Menu, console: Console, follows: bool = False) -> Any:
     """Show a menu until a key or a line answers it; return the answer. Raises KeyboardInterrupt.
 
     What was typed before it was there to be read is thrown away, unless it `follows` from a key of
@@ -88,7 +63,7 @@ def line(
     text: str,
     console: Console,
     typed: str,
-    check: "Check",
+    check: Check,
     completer: "Completer | None" = None,
     follows: bool = True,
 ) -> str:
@@ -136,7 +111,7 @@ def _stop_on_signal(application: Any) -> None:
 _KEYS_OF_A_LINE = "Enter: take it, Ctrl-U: clear, Tab: complete, Ctrl-C: stop"
 
 
-def _plain_line(text: str, console: Console, check: "Check") -> str:
+def _plain_line(text: str, console: Console, check: Check) -> str:
     while True:
         console.print(Text(f"? {plain(text)}"), soft_wrap=True)
         value = _read(console).strip()
@@ -147,7 +122,7 @@ def _plain_line(text: str, console: Console, check: "Check") -> str:
         console.print(Text(f"  {plain(wrong)}"), soft_wrap=True)
 
 
-def _by_lines(menu: "Menu", console: Console) -> Any:
+def _by_lines(menu: Menu, console: Console) -> Any:
     before: list[Line] | None = None
     while True:
         drawn = menu.draw(console.width, numbered=True)
@@ -172,7 +147,7 @@ def _read(console: Console) -> str:
     return typed
 
 
-def _by_keys(menu: "Menu", console: Console, follows: bool) -> Any:
+def _by_keys(menu: Menu, console: Console, follows: bool) -> Any:
     from prompt_toolkit.application import Application
     from prompt_toolkit.data_structures import Point
     from prompt_toolkit.layout import FormattedTextControl, Layout, Window
@@ -205,7 +180,7 @@ def _unread(app: Any, follows: bool) -> "Callable[[], None] | None":
     return None if follows else lambda: _forget_typed(app.input)
 
 
-def _keys(menu: "Menu") -> Any:
+def _keys(menu: Menu) -> Any:
     """The only key handlers: each gives the menu the name of its key."""
     from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
     from prompt_toolkit.key_binding.key_processor import KeyPress
@@ -241,19 +216,6 @@ def _keys(menu: "Menu") -> Any:
     return keys
 
 
-def heading(text: str, hint: str, width: int) -> list["Line"]:
-    """Return the lines of a question with a hint after it: all of it can be read."""
-    parts = wrap(f"{text}", max(width - 3, 20)) or [""]
-    lines: list[list[tuple[str, str]]] = [[("", "  "), ("question", part)] for part in parts]
-    lines[0][0] = ("qmark", "? ")
-    if len(parts[-1]) + len(hint) + 7 > width:  # two spaces before each, parentheses, one to spare
-        lines.append([("", "  ")])
-    else:
-        lines[-1].append(("", "  "))
-    lines[-1].append(("instruction", f"({hint})"))
-    return list(lines)
-
-
 def terminal(console: Console) -> dict[str, Any]:
     """Where prompts appear and in which colours: stdout may hold a result that a program reads."""
     from prompt_toolkit.input.defaults import create_input
@@ -267,7 +229,7 @@ def terminal(console: Console) -> dict[str, Any]:
     }
 
 
-def _cut(parts: "Line", width: int) -> list[tuple[str, str]]:
+def _cut(parts: Line, width: int) -> list[tuple[str, str]]:
     """A line that fits the width: a wrapped one would push others out of sight."""
     left, fitted = width, []
     for style, text in parts:

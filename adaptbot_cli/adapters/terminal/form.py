@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN, plain, title
-from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
+from adaptbot_cli.adapters.terminal.menu import OPEN, Line, Menu, Row, plain, title
 from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,
     LATER,

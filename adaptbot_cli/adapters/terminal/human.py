@@ -8,8 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from adaptbot_cli.adapters.terminal import canvas
-from adaptbot_cli.adapters.terminal.canvas import shown, title
-from adaptbot_cli.adapters.terminal.menu import BACK, Keys, YesNo
+from adaptbot_cli.adapters.terminal.menu import BACK, Keys, YesNo, shown, title
 from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.core.ask.editing import Edit as PlanEdit
 from adaptbot_cli.core.ask.learning import Lesson, number_trouble

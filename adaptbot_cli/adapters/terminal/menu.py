@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any, ClassVar
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN, heading, plain, title
+from rich.text import Text
+
 from adaptbot_cli.core.ask.questions import Choice
+from adaptbot_cli.core.visible import visible
 
 Line = Sequence[tuple[str, str]]
 """One line to draw: styles, each with its text."""
@@ -19,6 +21,41 @@ Line = Sequence[tuple[str, str]]
 Check = Callable[[str], str]
 
 BACK = Choice("back", "back")
+
+OPEN: Any = object()
+"""What a key or a line leads to that has not answered the question yet."""
+
+_LONGEST, _LONGEST_NAME = 300, 70
+
+
+def shown(text: str, style: str = "", longest: int = _LONGEST) -> Text:
+    """Return text that is never markup nor an escape code, cut to a bearable length."""
+    cut = Text(visible(text), style)
+    cut.truncate(longest, overflow="ellipsis")
+    return cut
+
+
+def plain(text: str) -> str:
+    """Return the same as a string, for prompts: they take no markup in strings."""
+    return shown(text).plain
+
+
+def title(name: str) -> str:
+    """Return a name as it stands in a list: in words."""
+    return shown(name.replace("_", " "), longest=_LONGEST_NAME).plain
+
+
+def heading(text: str, hint: str, width: int) -> list[Line]:
+    """Return the lines of a question with a hint after it: all of it can be read."""
+    parts = wrap(f"{text}", max(width - 3, 20)) or [""]
+    lines: list[list[tuple[str, str]]] = [[("", "  "), ("question", part)] for part in parts]
+    lines[0][0] = ("qmark", "? ")
+    if len(parts[-1]) + len(hint) + 7 > width:  # two spaces before each, parentheses, one to spare
+        lines.append([("", "  ")])
+    else:
+        lines[-1].append(("", "  "))
+    lines[-1].append(("instruction", f"({hint})"))
+    return list(lines)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,7 @@ from prompt_toolkit.document import Document
 from rich.console import Console
 
 from adaptbot_cli.adapters.terminal import canvas
-from adaptbot_cli.adapters.terminal.canvas import shown
-from adaptbot_cli.adapters.terminal.menu import BACK, Keys
+from adaptbot_cli.adapters.terminal.menu import BACK, Keys, shown
 from adaptbot_cli.adapters.terminal.picker import Picker
 from adaptbot_cli.core.ask.acting.draft import signature
 from adaptbot_cli.core.ask.editing import Edit, EditableCall, EditKind, called, edited, lines

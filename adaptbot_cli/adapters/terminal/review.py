@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from adaptbot_cli.adapters.terminal.canvas import OPEN, plain
-from adaptbot_cli.adapters.terminal.menu import Line, Menu, Row
+from adaptbot_cli.adapters.terminal.menu import OPEN, Line, Menu, Row, plain
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Key, Reviewed
 from adaptbot_cli.core.ask.teach import resting_on
