@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.edit import Edit
 from adaptbot_cli.core.ask.questions import NO, Answer, Question
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Task

@@ -15,7 +15,7 @@ from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.names import a
 from adaptbot_cli.core.plan import Goal, Task
-from adaptbot_cli.core.view import describing
+from adaptbot_cli.core.view import descriptions
 from adaptbot_cli.core.visible import visible
 
 _SPECIAL = re.compile(r"([\\`*\[\]<>|#~]|(?<!\w)_|_(?!\w))")
@@ -153,7 +153,7 @@ class _Page:
 
     def changes(self, action: Action) -> list[str]:
         """Return what is different after an action, in words."""
-        return [escaped(sentence) for sentence in describing.action(self.kg, action)["afterwards"]]
+        return list(map(escaped, descriptions.action(self.kg, action)["afterwards"]))
 
     def asked_of(self, goal: Goal) -> str:
         """Say of which required items a goal is asked."""

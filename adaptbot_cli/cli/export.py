@@ -43,7 +43,7 @@ def export(
     """Write a checked plan for a robot's own executive; 3 if it is none to hand over."""
     from adaptbot_cli.core.visible import visible
     from adaptbot_cli.session import sources
-    from adaptbot_cli.session.exporting import export_run, export_text
+    from adaptbot_cli.session.exports import export_run, export_text
     from adaptbot_cli.session.past_runs import find_run
 
     home = place.home()

@@ -27,7 +27,7 @@ from adaptbot_cli.cli import (
 )
 from adaptbot_cli.cli.eval import trials
 from adaptbot_cli.cli.help import PROGRAM, Group, complete
-from adaptbot_cli.cli.kg.changing import undo
+from adaptbot_cli.cli.kg.edits import undo
 from adaptbot_cli.errors import AdaptbotError, Interrupted, KnowledgeError, UsageError
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from rdflib import XSD, URIRef
 
 from adaptbot_cli.core.ask import teach
-from adaptbot_cli.core.ask.asking import place_property
+from adaptbot_cli.core.ask.agenda import place_property
 from adaptbot_cli.core.ask.learning import attribute_question
 from adaptbot_cli.core.ask.questions import (
     AGAIN,

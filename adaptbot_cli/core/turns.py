@@ -8,7 +8,7 @@ replay are the same thing to the method.
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
-from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.edit import Edit
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Answer, Question, Reviewed
 from adaptbot_cli.core.graph.delta import Delta

@@ -19,7 +19,7 @@ from adaptbot_cli.core.acts import (
     stop,
     with_failure,
 )
-from adaptbot_cli.core.ask.amending import amended, guarded, set_aside, still_open, unsolved
+from adaptbot_cli.core.ask.amend import amended, guarded, set_aside, still_open, unsolved
 from adaptbot_cli.core.ask.dialogue import ask, confirmed, judged, keep, keep_plan, mend
 from adaptbot_cli.core.ask.questions import LATER
 from adaptbot_cli.core.graph.kg import Kg

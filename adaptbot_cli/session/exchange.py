@@ -24,7 +24,7 @@ from adaptbot_cli.adapters.store.versions import Versions, facts_of
 from adaptbot_cli.core.ask.questions import Question
 from adaptbot_cli.core.graph.delta import Delta, net
 from adaptbot_cli.core.graph.faults import Fault
-from adaptbot_cli.core.graph.merging import Conflict, Facts, Merge, Side, question
+from adaptbot_cli.core.graph.merge import Conflict, Facts, Merge, Side, question
 from adaptbot_cli.core.names import normal, variants
 from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose
 from adaptbot_cli.core.view.provenance import Told

@@ -25,7 +25,7 @@ from adaptbot_cli.adapters.store.versions import (
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import AB, SCHEMA, Triple, local
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.view import describing
+from adaptbot_cli.core.view import descriptions
 from adaptbot_cli.core.view import facts as view
 from adaptbot_cli.core.view.changes import Changes, Words
 from adaptbot_cli.core.view.provenance import Chapter, Origin, Turnover
@@ -242,7 +242,7 @@ def why(home: Home, name: str, prop: str = "") -> Why:
         for cut in [n for n, char in enumerate(name) if char == " " and not prop]:
             if known_as(home, name[:cut]):
                 return why(home, name[:cut], name[cut:].strip())
-        action = describing.action_called(home.kg, name)
+        action = descriptions.action_called(home.kg, name)
         if action is not None:
             return why(home, action.name, prop)
         raise UsageError(_not_taught(home, name))
@@ -282,7 +282,7 @@ def called(prop: str, predicate: Node, words: Words) -> bool:
 
 def _not_taught(home: Home, name: str) -> str:
     """Say that nobody taught anything of that name: it is something else, or nothing."""
-    task = describing.task_called(home.kg, name)
+    task = descriptions.task_called(home.kg, name)
     kind = view.kind_called(home.kg, name)
     if task is None and kind is None:
         return f"nothing is called {name}{near_it(home.kg, name)}"

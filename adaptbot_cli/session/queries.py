@@ -9,7 +9,7 @@ from adaptbot_cli.adapters.store.engine import update as updated
 from adaptbot_cli.adapters.store.turtle import KNOWN_PREFIXES
 from adaptbot_cli.core.graph.clock import LONGEST, within
 from adaptbot_cli.core.graph.delta import Delta
-from adaptbot_cli.core.graph.importing import Parcel, accept, merged, replaced
+from adaptbot_cli.core.graph.imports import Parcel, accept, merged, replaced
 from adaptbot_cli.core.graph.sparql import form_of, one_newline, reaches_out
 from adaptbot_cli.core.graph.terms import ATTRIBUTES, SCHEMA, STATES
 from adaptbot_cli.core.names import sentence_list

@@ -10,7 +10,7 @@ from adaptbot_cli.adapters.store.trailers import of_lessons
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Question
 from adaptbot_cli.core.graph.delta import Delta
-from adaptbot_cli.core.graph.merging import Conflict, Side, side_of
+from adaptbot_cli.core.graph.merge import Conflict, Side, side_of
 from adaptbot_cli.core.turns import Human
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.author import now, person

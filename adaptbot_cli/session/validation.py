@@ -37,7 +37,7 @@ def check_pack(workspace: Workspace, domain: str) -> tuple[Kg | None, list[Fault
 
 
 def _checked(workspace: Workspace, domain: str) -> tuple[Kg | None, list[Fault]]:
-    from adaptbot_cli.adapters.planner.checking import library_faults
+    from adaptbot_cli.adapters.planner.library_faults import library_faults
 
     files = settled(workspace.root, lambda: workspace.files(domain))
     kg, found = check_files(files)

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-from adaptbot_cli.core.ask import asking, learning, suggest
+from adaptbot_cli.core.ask import agenda, learning, suggest
 from adaptbot_cli.core.ask.questions import Question
 from adaptbot_cli.core.domain import Kind
 from adaptbot_cli.core.graph.delta import Delta
@@ -93,7 +93,7 @@ def _attributes(
     kg: Kg, name: str, facts: object, scene: Scene
 ) -> Iterator[tuple[str, str, str | None, str]]:
     known = {p: o for _, p, o in facts}  # type: ignore[attr-defined]
-    for question in asking.rest(name, scene, {}):
+    for question in agenda.rest(name, scene, {}):
         prop = next(p for p in kg.domain.properties.values() if str(p.iri).endswith(question.prop))
         truth = known.get(prop.iri)
         if truth is None:

@@ -44,7 +44,7 @@ IMPORTED = (
 )
 DASK = ("distributed.cli.dask_scheduler", "distributed.cli.dask_worker")
 """The parts of a cluster, where Dask is installed."""
-NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.serving")
+NOT_IMPORTED = ("adaptbot_cli.__main__", "adaptbot_cli.adapters.planner.local_server")
 
 
 ADAPTBOT = "adaptbot_cli.cli.main:main"

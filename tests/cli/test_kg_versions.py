@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.errors import KnowledgeError, UsageError
-from adaptbot_cli.session import change, knowledge, queries, teaching, validation
+from adaptbot_cli.session import additions, change, knowledge, queries, validation
 from adaptbot_cli.session.knowledge import Home as Known
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Ended, Home
@@ -404,7 +404,7 @@ def test_what_cannot_be_meant_changes_nothing(taught: Home, name: str) -> None:
 def test_an_answer_that_does_not_fit_loses_no_other(taught: Home, fresh: Fresh) -> None:
     answers = Path(taught.write("odd.yaml", LEEK.replace("leek", "kale").replace("no,", "maybe,")))
     with pytest.raises(UsageError, match="maybe"):
-        teaching.teach(fresh(), "kale", answers, None, agreed=True)
+        additions.teach(fresh(), "kale", answers, None, agreed=True)
     assert not fresh().kg.find("kale")
 
 

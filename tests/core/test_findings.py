@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.edit import Edit
 from adaptbot_cli.core.ask.questions import LATER
 from adaptbot_cli.core.findings import CODES
 from adaptbot_cli.core.plan import Task

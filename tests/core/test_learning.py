@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
 
-from adaptbot_cli.core.ask import asking, learning, teach
+from adaptbot_cli.core.ask import agenda, learning, teach
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Answer, Key, Question
 from adaptbot_cli.core.graph.kg import Kg
@@ -40,7 +40,7 @@ class Lessons:
 
     @property
     def question(self) -> Question | None:
-        return asking.next_question(self.report, self.scene, self.asked)
+        return agenda.next_question(self.report, self.scene, self.asked)
 
     def say(self, value: str) -> Lesson | None:
         """Answer the next question and take what it teaches."""
@@ -295,7 +295,7 @@ def test_nothing_is_asked_twice() -> None:
 
 def test_only_required_items_are_asked_about_where_that_is_wanted() -> None:
     talk = Lessons("press(gadget, 3)\npress(slab, 3)", None, "slab")
-    question = asking.next_question(talk.report, talk.scene, talk.asked, required_only=True)
+    question = agenda.next_question(talk.report, talk.scene, talk.asked, required_only=True)
     assert question is not None
     assert question.about == "slab"
 
@@ -330,5 +330,5 @@ def test_every_unknown_action_that_is_asked_about_is_in_the_plan(way: str) -> No
     plan = Parsed(tuple(Written(each, each.render(), n, 1) for n, each in enumerate(calls, 1)))
     report = examine(plan, "", scene())
     for finding in (each for each in report.findings if each.code == "E101"):
-        found = asking.unknown_action(normal(finding.subject), report)
+        found = agenda.unknown_action(normal(finding.subject), report)
         assert normal(found.call.action) == found.name == normal(name)

@@ -7,7 +7,7 @@ import pytest
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
-from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.edit import Edit
 from adaptbot_cli.core.ask.questions import EDIT, YES, Answer, Choice, Question, back
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.journal import Journal

@@ -23,7 +23,7 @@ from adaptbot_cli.adapters.display.cells import (
 )
 from adaptbot_cli.adapters.display.diff import diff_table
 from adaptbot_cli.adapters.display.plan_table import plan_table, summary
-from adaptbot_cli.core.ask.editing import Edit
+from adaptbot_cli.core.ask.edit import Edit
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.graph.delta import Delta, net
 from adaptbot_cli.core.graph.kg import Kg

@@ -21,7 +21,7 @@ from adaptbot_cli.adapters.display.cells import (
 )
 from adaptbot_cli.adapters.display.origins import difference
 from adaptbot_cli.core.graph.faults import Fault
-from adaptbot_cli.core.graph.importing import Parcel
+from adaptbot_cli.core.graph.imports import Parcel
 from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.view.changes import Status, Words
 

@@ -33,7 +33,7 @@ MOST_TOKENS = 1500
 KEY = "ADAPTBOT_SERVING_KEY"
 """The variable that carries the server's key: other people of this machine may reach its port."""
 
-_SERVER = "adaptbot_cli.adapters.planner.serving"
+_SERVER = "adaptbot_cli.adapters.planner.local_server"
 _INSTALL = "`pip install 'adaptbot-cli[local]'` brings it (a C++ compiler is needed)"
 _OTHERWISE = "`--model library` plans without a model."
 _MAGIC = b"GGUF"

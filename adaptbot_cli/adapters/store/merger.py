@@ -15,7 +15,7 @@ from adaptbot_cli.adapters.store.versions import Versions, facts_of, read
 from adaptbot_cli.core.ask.questions import Question
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.faults import Fault
-from adaptbot_cli.core.graph.merging import (
+from adaptbot_cli.core.graph.merge import (
     Conflict,
     Facts,
     Key,

@@ -25,8 +25,8 @@ from adaptbot_cli.adapters.store.turtle import engine_term
 from adaptbot_cli.adapters.store.versions import facts_of
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.graph.delta import Delta
-from adaptbot_cli.core.graph.importing import accept
-from adaptbot_cli.core.graph.merging import Facts
+from adaptbot_cli.core.graph.imports import accept
+from adaptbot_cli.core.graph.merge import Facts
 from adaptbot_cli.core.graph.terms import (
     AB,
     DATATYPES,

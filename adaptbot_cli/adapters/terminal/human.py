@@ -10,7 +10,7 @@ from rich.text import Text
 from adaptbot_cli.adapters.terminal import canvas
 from adaptbot_cli.adapters.terminal.menu import BACK, Keys, YesNo, shown, title
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.core.ask.editing import Edit as PlanEdit
+from adaptbot_cli.core.ask.edit import Edit as PlanEdit
 from adaptbot_cli.core.ask.learning import Lesson, number_trouble
 from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,

@@ -11,9 +11,9 @@ from rich.console import Console
 from adaptbot_cli.adapters.terminal import canvas
 from adaptbot_cli.adapters.terminal.menu import BACK, Keys, shown
 from adaptbot_cli.adapters.terminal.picker import Picker
-from adaptbot_cli.core.ask.acting.draft import signature
-from adaptbot_cli.core.ask.editing import Edit, EditableCall, EditKind, called, edited, lines
+from adaptbot_cli.core.ask.edit import Edit, EditableCall, EditKind, called, edited, lines
 from adaptbot_cli.core.ask.learning import finder
+from adaptbot_cli.core.ask.new_action.draft import signature
 from adaptbot_cli.core.ask.questions import MOST_SHOWN, Choice, Names
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse

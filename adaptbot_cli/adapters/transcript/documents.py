@@ -4,7 +4,7 @@ from typing import Any
 
 import yaml
 
-from adaptbot_cli.core.ask.editing import Edit, edited
+from adaptbot_cli.core.ask.edit import Edit, edited
 from adaptbot_cli.core.ask.questions import LATER, Answer, Key, Reviewed
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg

@@ -10,7 +10,7 @@ from adaptbot_cli.adapters.transcript.documents import (
     finding_text,
     key_of,
 )
-from adaptbot_cli.core.ask.editing import EDITS, Edit
+from adaptbot_cli.core.ask.edit import EDITS, Edit
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import (
     AS_BEFORE,

@@ -13,7 +13,7 @@ from adaptbot_cli.adapters.transcript.documents import (
     key_of,
     seen_of,
 )
-from adaptbot_cli.core.ask.editing import EDITS, Edit
+from adaptbot_cli.core.ask.edit import EDITS, Edit
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import KNOWN, LATER, Answer, Question, Reviewed, back
 from adaptbot_cli.core.graph.kg import Kg

@@ -22,7 +22,7 @@ from adaptbot_cli.cli.common import (
     print_json,
     workspace,
 )
-from adaptbot_cli.cli.eval.running import report_on
+from adaptbot_cli.cli.eval.reports import report_on
 from adaptbot_cli.cli.help import (
     Group,
     model_option,

@@ -3,7 +3,7 @@
 import typer
 
 from adaptbot_cli.cli.help import Group
-from adaptbot_cli.cli.kg import changing, graphs, history, sharing, show, state
+from adaptbot_cli.cli.kg import edits, graphs, history, sharing, show, state
 
 app = typer.Typer(cls=Group, help="The knowledge graph of this home.", no_args_is_help=True)
 _LOOK, _VERSIONS, _CHANGE, _SHARE = "Look", "Versions", "Change", "Share"
@@ -19,10 +19,10 @@ app.command(rich_help_panel=_VERSIONS)(history.log)
 app.command(rich_help_panel=_VERSIONS)(history.diff)
 app.command(rich_help_panel=_VERSIONS)(state.commit)
 app.command(rich_help_panel=_VERSIONS)(state.split)
-app.command(rich_help_panel=_CHANGE)(changing.add)
-app.command("set", rich_help_panel=_CHANGE)(changing.put)
-app.command(rich_help_panel=_CHANGE)(changing.retract)
-app.command(rich_help_panel=_CHANGE)(changing.revert)
+app.command(rich_help_panel=_CHANGE)(edits.add)
+app.command("set", rich_help_panel=_CHANGE)(edits.put)
+app.command(rich_help_panel=_CHANGE)(edits.retract)
+app.command(rich_help_panel=_CHANGE)(edits.revert)
 app.command("import", rich_help_panel=_CHANGE)(graphs.import_)
 app.command(rich_help_panel=_SHARE)(sharing.sync)
 app.command(rich_help_panel=_SHARE)(sharing.pull)

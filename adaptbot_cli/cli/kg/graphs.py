@@ -20,7 +20,7 @@ from adaptbot_cli.cli.common import (
     write_out,
 )
 from adaptbot_cli.cli.help import output_option
-from adaptbot_cli.cli.kg.changing import carry_out
+from adaptbot_cli.cli.kg.edits import carry_out
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.engine import Answered

@@ -109,13 +109,13 @@ def why(
     """Tell where each fact comes from: question, answer, person, task, model, transcript, time."""
     from adaptbot_cli.adapters.display.origins import why as table
     from adaptbot_cli.core.graph.terms import local
-    from adaptbot_cli.core.view import describing
+    from adaptbot_cli.core.view import descriptions
     from adaptbot_cli.session import knowledge
 
     home = place.home()
     reply = knowledge.why(home, name, prop)
-    known = describing.action_called(home.kg, reply.name)
-    action = None if known is None else describing.action(home.kg, known)
+    known = descriptions.action_called(home.kg, reply.name)
+    action = None if known is None else descriptions.action(home.kg, known)
     if not json:
         console().print(table(reply.name, reply.facts, reply.history, home.words, action))
         return

@@ -60,12 +60,12 @@ def show(
 
 def _listed(graph: "Kg", tasks: bool, actions: bool) -> "Shown":
     from adaptbot_cli.adapters.display import things
-    from adaptbot_cli.core.view import describing
+    from adaptbot_cli.core.view import descriptions
 
     domain = graph.domain
-    task_entries = [describing.task(task, domain) for task in domain.tasks] if tasks else []
+    task_entries = [descriptions.task(task, domain) for task in domain.tasks] if tasks else []
     found = domain.actions.values() if actions else ()
-    action_entries = [describing.action(graph, action) for action in found]
+    action_entries = [descriptions.action(graph, action) for action in found]
     return [*task_entries, *action_entries], lambda: things.listing(task_entries, action_entries)
 
 
@@ -81,7 +81,7 @@ def _everything(graph: "Kg") -> "Shown":
 def _called(graph: "Kg", name: str) -> "Shown":
     """What bears a name: a thing goes before a class, an action and a task."""
     from adaptbot_cli.adapters.display import things
-    from adaptbot_cli.core.view import describing
+    from adaptbot_cli.core.view import descriptions
     from adaptbot_cli.core.view import facts as view
 
     found = view.called(graph, name)
@@ -91,18 +91,18 @@ def _called(graph: "Kg", name: str) -> "Shown":
     kind = view.kind_called(graph, name)
     if kind is not None:
         members = view.members(graph, kind)
-        about = describing.kind(graph.domain, kind)
+        about = descriptions.kind(graph.domain, kind)
         return (
             [thing.as_json() for thing in members],
             lambda: things.members(graph, kind, members, about),
         )
-    action = describing.action_called(graph, name)
+    action = descriptions.action_called(graph, name)
     if action is not None:
-        record = describing.action(graph, action)
+        record = descriptions.action(graph, action)
         return record, lambda: things.action(record)
-    task = describing.task_called(graph, name)
+    task = descriptions.task_called(graph, name)
     if task is not None:
-        wanted = describing.task(task, graph.domain)
+        wanted = descriptions.task(task, graph.domain)
         missing = [item for item in wanted["needs"] if not graph.find(item)]
         return {**wanted, "missing": missing}, lambda: things.task(
             wanted, missing, graph.domain.name

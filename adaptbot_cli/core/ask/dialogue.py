@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from adaptbot_cli.core.acts import rest
-from adaptbot_cli.core.ask import asking, suggest, teach
-from adaptbot_cli.core.ask.amending import amended, unsolved
+from adaptbot_cli.core.ask import agenda, suggest, teach
+from adaptbot_cli.core.ask.amend import amended, unsolved
 from adaptbot_cli.core.ask.learning import Lesson, alias, attribute_question
 from adaptbot_cli.core.ask.questions import (
     EDIT,
@@ -57,7 +57,7 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
     while True:
         question = None
         if not run.stopped:
-            question = asking.next_question(
+            question = agenda.next_question(
                 report,
                 run.scene,
                 run.asked,
@@ -65,12 +65,12 @@ def ask(run: Run, report: Report, required_only: bool = False) -> Generator[Turn
                 doubt=run.policy == "tutor" and not required_only,
             )
         known = len(run.lessons)
-        name = asking.unoffered(run.asked, run.offers, question)
+        name = agenda.unoffered(run.asked, run.offers, question)
         if name is not None and not run.stopped:
             run.offers.add(name)
-            yield from _offer(run, report, asking.rest(name, run.scene, run.asked))
+            yield from _offer(run, report, agenda.rest(name, run.scene, run.asked))
         elif question is not None:
-            if not shown and question.about not in asking.taught(run.asked):
+            if not shown and question.about not in agenda.taught(run.asked):
                 yield Checked(report)
                 shown = True
             yield from _ask_together(run, report, question)
@@ -95,7 +95,7 @@ def ask_about(run: Run, report: Report, question: Question) -> Generator[Turn, A
         yield from _ask_together(run, report, following)
         if len(run.lessons) > known:
             report = yield from look_at(run, report.text, show=False)
-        following = asking.following(question.about, report, run.scene, run.asked)
+        following = agenda.following(question.about, report, run.scene, run.asked)
     return report
 
 
@@ -103,10 +103,10 @@ def _ask_together(run: Run, report: Report, question: Question) -> Generator[Tur
     """Ask a question, and what else is to be known of the same thing."""
     yield from _look_around(run, question)
     seen = tuple(f"seen: {sentence}" for sentence in run.seen(3, question.about))
-    form = asking.around(question, report, run.scene, run.asked, run.full)
+    form = agenda.around(question, report, run.scene, run.asked, run.full)
     rest: tuple[Question, ...] = ()
-    if question.about in asking.taught(run.asked) and question.about not in run.offers:
-        rest = asking.rest(question.about, run.scene, run.asked, form)
+    if question.about in agenda.taught(run.asked) and question.about not in run.offers:
+        rest = agenda.rest(question.about, run.scene, run.asked, form)
     for n, each in enumerate(form):
         doubted = teach.doubted(each, run.scene)
         if run.stopped or (n and doubted):
@@ -151,7 +151,7 @@ def _offer(run: Run, report: Report, questions: tuple[Question, ...]) -> Generat
     answers: tuple[Answer, ...] = yield Offer(ready)
     run.stopped = any(answer.last for answer in answers)
     for question, answer in zip(questions, answers, strict=True):
-        if answer.value != LATER.value and asking.is_open(question, run.scene):
+        if answer.value != LATER.value and agenda.is_open(question, run.scene):
             yield from _learn(run, report, question, answer)
 
 

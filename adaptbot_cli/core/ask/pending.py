@@ -8,8 +8,8 @@ from collections.abc import Generator, Iterable, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from adaptbot_cli.core.ask import asking
-from adaptbot_cli.core.ask.amending import set_aside
+from adaptbot_cli.core.ask import agenda
+from adaptbot_cli.core.ask.amend import set_aside
 from adaptbot_cli.core.ask.dialogue import ask_about, keep
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import EDIT, INSTEAD, LATER, UNKNOWN, Answer, Key, Question
@@ -64,7 +64,7 @@ class _Plan:
     @property
     def open(self) -> list[Question]:
         """What the plan needs an answer to, but for what nobody could say."""
-        found = asking.all_open(self.report, self.run.scene, self.run.asked)
+        found = agenda.all_open(self.report, self.run.scene, self.run.asked)
         return [question for question in found if question.key not in self.unknown]
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 from rdflib import RDF, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.ask import acting, learning
-from adaptbot_cli.core.ask.asking import (
+from adaptbot_cli.core.ask import learning, new_action
+from adaptbot_cli.core.ask.agenda import (
     Asked,
     kinds_of_place,
     possible_kinds,
@@ -112,8 +112,8 @@ def _learn_action(
 ) -> Lesson | None:
     """The lesson of a dialogue about an action, with all its answers in the question's text."""
     text = asked[("existence", question.about, "", "action")][1].value
-    taught = acting.played(unknown_action(question.about, report), text, scene.kg, asked)
-    if not isinstance(taught, acting.TaughtAction):
+    taught = new_action.played(unknown_action(question.about, report), text, scene.kg, asked)
+    if not isinstance(taught, new_action.TaughtAction):
         return None
     question = replace(question, text=f"{question.text} {' · '.join(taught.notes)}")
     return Lesson(

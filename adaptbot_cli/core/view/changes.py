@@ -15,7 +15,7 @@ from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.faults import Fault
 from adaptbot_cli.core.graph.terms import AB, ACTION_PARTS, Triple, local, ordered
-from adaptbot_cli.core.view.describing import plainly
+from adaptbot_cli.core.view.descriptions import plainly
 
 Sign = Literal["added", "removed", "changed"]
 

@@ -16,7 +16,7 @@ from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.graph.delta import Delta
-from adaptbot_cli.session import change, packs, queries, sources, sync, teaching
+from adaptbot_cli.session import additions, change, packs, queries, sources, sync
 from adaptbot_cli.session.knowledge import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
@@ -48,7 +48,7 @@ def apply(root: Path) -> None:
 
 
 def add(root: Path) -> None:
-    teaching.teach(home(root), "leek", root.parent / "answers.yaml", None, agreed=True)
+    additions.teach(home(root), "leek", root.parent / "answers.yaml", None, agreed=True)
 
 
 def retract(root: Path) -> None:

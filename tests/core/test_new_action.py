@@ -9,10 +9,10 @@ from rdflib.collection import Collection
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.store.turtle import rewrite
-from adaptbot_cli.core.ask.acting import draft as passages
-from adaptbot_cli.core.ask.acting.draft import Draft, from_action, written
-from adaptbot_cli.core.ask.acting.picking import changes, needs, taking
 from adaptbot_cli.core.ask.learning import Lesson
+from adaptbot_cli.core.ask.new_action import draft as passages
+from adaptbot_cli.core.ask.new_action.draft import Draft, from_action, written
+from adaptbot_cli.core.ask.new_action.parts import changes, needs, taking
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import AB
 from adaptbot_cli.core.graph.validate import faults

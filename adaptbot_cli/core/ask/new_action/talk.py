@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from rdflib import Literal
 from rdflib.term import Node
 
-from adaptbot_cli.core.ask.acting.draft import Draft, called, from_action, written
-from adaptbot_cli.core.ask.acting.picking import (
+from adaptbot_cli.core.ask.new_action.draft import Draft, called, from_action, written
+from adaptbot_cli.core.ask.new_action.parts import (
     CHANGES,
     DONE,
     PARTS,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from adaptbot_cli.core.ask.editing import Edit, edited, lines
+from adaptbot_cli.core.ask.edit import Edit, edited, lines
 from adaptbot_cli.core.ask.questions import Answer, Question, back
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task

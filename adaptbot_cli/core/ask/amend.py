@@ -4,7 +4,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from typing import Any, Literal
 
-from adaptbot_cli.core.ask.editing import Edit, edited, rejection
+from adaptbot_cli.core.ask.edit import Edit, edited, rejection
 from adaptbot_cli.core.ask.learning import is_absent
 from adaptbot_cli.core.ask.questions import LATER
 from adaptbot_cli.core.findings import OF_THE_REQUEST

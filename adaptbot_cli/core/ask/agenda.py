@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from rdflib import RDF, XSD, URIRef
 
-from adaptbot_cli.core.ask import acting, learning, suggest
+from adaptbot_cli.core.ask import learning, new_action, suggest
 from adaptbot_cli.core.ask.questions import (
     ABSENT,
     EDIT,
@@ -294,11 +294,11 @@ def _action_question(
     if finding.code != "E101" or found is None or found[1].value not in (EXISTS, FIXED):
         return None
     unknown = unknown_action(normal(finding.subject), report)
-    question = acting.played(unknown, found[1].value, scene.kg, asked)
+    question = new_action.played(unknown, found[1].value, scene.kg, asked)
     return question if isinstance(question, Question) else None
 
 
-def unknown_action(name: str, report: Report) -> acting.Unknown:
+def unknown_action(name: str, report: Report) -> new_action.Unknown:
     """Return an action that a plan writes and that is not known, as the plan has it.
 
     There is a step of that name: the finding that is asked about was made of its call.
@@ -306,7 +306,7 @@ def unknown_action(name: str, report: Report) -> acting.Unknown:
     step = next(s for s in report.steps if normal(s.call.action) == name)
     found = [f for f in report.findings if f.code == "E101" and normal(f.subject) == name]
     near = found[0].candidates if found else ()
-    return acting.Unknown(name, step.call, near, step.source or step.call.render())
+    return new_action.Unknown(name, step.call, near, step.source or step.call.render())
 
 
 def what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:

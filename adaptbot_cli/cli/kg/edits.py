@@ -219,7 +219,7 @@ def add(
     Of a thing that is known already, what is not known of it yet is asked.
     """
     from adaptbot_cli.adapters.display.cells import GOOD, count, noted, plain_text
-    from adaptbot_cli.session.teaching import teach
+    from adaptbot_cli.session.additions import teach
 
     home = place.home()
     lessons, revision = teach(home, name, answers, terminal(), yes, dry_run)

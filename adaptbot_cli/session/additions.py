@@ -6,8 +6,8 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from adaptbot_cli import bounded
-from adaptbot_cli.core.ask.adding import teach_thing
 from adaptbot_cli.core.ask.learning import Lesson, is_absent, safe_name
+from adaptbot_cli.core.ask.new_thing import teach_thing
 from adaptbot_cli.core.ask.questions import STOP
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.parse import parser

@@ -8,7 +8,8 @@ from itertools import product
 from rdflib import XSD, URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.ask.acting.draft import (
+from adaptbot_cli.core.ask.learning import safe_name
+from adaptbot_cli.core.ask.new_action.draft import (
     UNLESS,
     Draft,
     DraftEffect,
@@ -25,7 +26,6 @@ from adaptbot_cli.core.ask.acting.draft import (
     state_words,
     unprefixed,
 )
-from adaptbot_cli.core.ask.learning import safe_name
 from adaptbot_cli.core.ask.questions import UNKNOWN, Choice, Question
 from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
 from adaptbot_cli.core.graph.kg import Kg

@@ -3,7 +3,7 @@
 from collections.abc import Generator
 from typing import Any
 
-from adaptbot_cli.core.ask import asking
+from adaptbot_cli.core.ask import agenda
 from adaptbot_cli.core.ask.dialogue import ask_about, keep
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.graph.kg import Kg
@@ -40,8 +40,8 @@ def _teach(name: str, run: Run) -> Turns:
     report = Report(run.task, "", (), (), (), ())
     if not called(run.kg, name):
         kinds = run.kg.domain.teachable
-        report = yield from ask_about(run, report, asking.what_is(normal(name), kinds, ""))
-    for question in asking.open_questions(normal(name), run.scene):
+        report = yield from ask_about(run, report, agenda.what_is(normal(name), kinds, ""))
+    for question in agenda.open_questions(normal(name), run.scene):
         if question.key not in run.asked and not run.stopped:
             report = yield from ask_about(run, report, question)
     found = tuple(run.lessons)

@@ -11,7 +11,7 @@ from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.ask.questions import Answer
 from adaptbot_cli.core.domain import Domain
-from adaptbot_cli.core.graph.merging import Facts, Merge, conflicts, question, side_of
+from adaptbot_cli.core.graph.merge import Facts, Merge, conflicts, question, side_of
 from adaptbot_cli.core.graph.terms import AB, FALSE, TRUE, Triple
 from adaptbot_cli.resources import bundled
 from tests.adapters.store.homes import ex
