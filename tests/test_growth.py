@@ -124,7 +124,7 @@ def understood(kg: Kg) -> None:
 
 
 def suggested(kg: Kg) -> None:
-    kinds = [kg.domain.kinds[URIRef(ex("object"))]]
+    kinds = [kg.domain.classes[URIRef(ex("object"))]]
     Likely("leek", kinds, Scene(kg, task_for("make tea", kg))).kind()
 
 

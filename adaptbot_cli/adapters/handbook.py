@@ -10,7 +10,7 @@ import jinja2
 from rdflib import RDF, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import Action, Kind, Parameter, Property
+from adaptbot_cli.core.domain import Action, ItemClass, Parameter, Property
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.names import a
@@ -84,7 +84,7 @@ class _Page:
     def label(self, iri: URIRef) -> str:
         """Name a class or a property in words."""
         domain = self.kg.domain
-        known = domain.properties.get(iri) or domain.kinds.get(iri)
+        known = domain.properties.get(iri) or domain.classes.get(iri)
         return escaped(known.label if known else local(iri))
 
     def range(self, prop: Property) -> str:
@@ -97,29 +97,33 @@ class _Page:
             return "yes" if node.value else "no"
         return code(self.kg.name(node))
 
-    def roots(self) -> list[Kind]:
+    def roots(self) -> list[ItemClass]:
         """Return the classes that stand below no other one of the domain."""
-        kinds = self.kg.domain.kinds
-        return [k for k in self._ordered() if not any(above in kinds for above in k.supers[1:])]
+        kinds = self.kg.domain.classes
+        return [
+            k for k in self._ordered() if not any(above in kinds for above in k.superclasses[1:])
+        ]
 
-    def below(self, kind: Kind) -> list[Kind]:
+    def below(self, kind: ItemClass) -> list[ItemClass]:
         """Return the classes directly below one."""
         return [
             other
             for other in self._ordered()
-            if kind.iri in other.supers[1:]
-            and not any(k != kind.iri and kind.iri in self._above(k) for k in other.supers[1:])
+            if kind.iri in other.superclasses[1:]
+            and not any(
+                k != kind.iri and kind.iri in self._above(k) for k in other.superclasses[1:]
+            )
         ]
 
-    def _ordered(self) -> list[Kind]:
-        kinds = self.kg.domain.kinds.values()
+    def _ordered(self) -> list[ItemClass]:
+        kinds = self.kg.domain.classes.values()
         return sorted(kinds, key=lambda k: (k.order or 99, k.label, k.iri))
 
     def _above(self, iri: URIRef) -> tuple[URIRef, ...]:
-        kinds = self.kg.domain.kinds
-        return kinds[iri].supers[1:] if iri in kinds else ()
+        kinds = self.kg.domain.classes
+        return kinds[iri].superclasses[1:] if iri in kinds else ()
 
-    def members(self, kind: Kind) -> list[str]:
+    def members(self, kind: ItemClass) -> list[str]:
         """Return the names of the things of a class."""
         return sorted(self.kg.name(thing) for thing in self.kg.facts.subjects(RDF.type, kind.iri))
 

@@ -17,7 +17,7 @@ from adaptbot_cli.core.graph.sparql import SKIP, prefixes_of
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Goal, Task
 from adaptbot_cli.core.refine.grounding import render, sentence
-from adaptbot_cli.core.report import Bound, Report
+from adaptbot_cli.core.report import GroundAction, Report
 from adaptbot_cli.core.world import Named, named, plain
 
 VERSION = 1
@@ -76,24 +76,24 @@ def grounded(
     found: list[GroundStep] = []
     goals: list[Guard] = []
     for report in reports:
-        for step, bound, delta in zip(report.steps, report.bounds, report.deltas, strict=True):
-            if bound is None or step.status in ("dropped", "finding"):
+        for step, ground, delta in zip(report.steps, report.grounded, report.deltas, strict=True):
+            if ground is None or step.status in ("dropped", "finding"):
                 continue
-            names = (p.name for p in bound.action.parameters if p.name in bound.values)
-            values = {name: bound.values[name] for name in names}
+            names = (p.name for p in ground.action.parameters if p.name in ground.values)
+            values = {name: ground.values[name] for name in names}
             fixed = next(
-                (c for c in bound.action.called_as if values.get(c.parameter) == c.value), None
+                (c for c in ground.action.called_as if values.get(c.parameter) == c.value), None
             )
             found.append(
                 GroundStep(
                     number=len(found) + 1,
-                    call=render(bound, kg).render(),
-                    action=bound.action,
+                    call=render(ground, kg).render(),
+                    action=ground.action,
                     arguments={name: plain(value, kg) for name, value in values.items()},
                     things=frozenset(n for n, v in values.items() if isinstance(v, URIRef)),
-                    spoken=fixed.names[0] if fixed else bound.action.name,
+                    spoken=fixed.names[0] if fixed else ground.action.name,
                     left=tuple(n for n in values if not fixed or n != fixed.parameter),
-                    guards=tuple(_guards(bound, kg)),
+                    guards=tuple(_guards(ground, kg)),
                     added=tuple(named(fact, kg) for fact in sorted(delta.added)),
                     removed=tuple(named(fact, kg) for fact in sorted(delta.removed)),
                     inserted=step.status == "inserted",
@@ -104,19 +104,19 @@ def grounded(
     return GroundPlan(name or "plan", kg.domain.name, tuple(found), tuple(goals), words or {})
 
 
-def _guards(bound: Bound, kg: Kg) -> Iterator[Guard]:
+def _guards(ground: GroundAction, kg: Kg) -> Iterator[Guard]:
     """What a step needs, attributes first, in the words of the pack."""
-    for need in bound.action.attributes:
-        thing = bound.values.get(need.of)
+    for need in ground.action.attributes:
+        thing = ground.values.get(need.of)
         if isinstance(thing, URIRef):
             fact = f"{thing.n3()} {URIRef(str(need.prop)).n3()}"
             body = f"{fact} {_n3(need.value)}"
             if need.assume:  # what is unknown is taken to hold
                 body = f"FILTER NOT EXISTS {{ {fact} ?value FILTER(?value != {_n3(need.value)}) }}"
-            yield Guard(f"ASK {{ {body} }}", {}, sentence(need.message, bound, kg))
-    for condition in bound.action.conditions:
-        values = {"agent": kg.domain.agent, **bound.values}
-        otherwise = sentence(condition.message, bound, kg)
+            yield Guard(f"ASK {{ {body} }}", {}, sentence(need.message, ground, kg))
+    for condition in ground.action.conditions:
+        values = {"agent": kg.domain.agent, **ground.values}
+        otherwise = sentence(condition.message, ground, kg)
         yield _guard(condition.query, condition.source, otherwise, values)
 
 

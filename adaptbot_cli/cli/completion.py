@@ -64,7 +64,7 @@ def _rows(files: dict[str, bytes], where: str) -> Iterator[str]:
     kg = load_kg(files, where)
     named = {
         "thing": kg.names(),
-        "class": {normal(kind.label) for kind in kg.domain.kinds.values()},
+        "class": {normal(kind.label) for kind in kg.domain.classes.values()},
         "action": set(kg.domain.actions),
         "task": {normal(task.name) for task in kg.domain.tasks},
         "robot": {kg.name(robot) for robot in kg.robots},

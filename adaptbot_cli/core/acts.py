@@ -32,7 +32,7 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Done, Finding, Step
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.repair import change_of, key_of
-from adaptbot_cli.core.report import Bound, Outcome, Outside, Report
+from adaptbot_cli.core.report import GroundAction, Outcome, Outside, Report
 from adaptbot_cli.core.request.understand import excluded
 from adaptbot_cli.core.run import Acting, Run, look_at, refuted_last
 from adaptbot_cli.core.turns import Act, Ask, Begin, Believe, Kept, Learned, Stop, Surprised, Turn
@@ -73,20 +73,20 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
 
     Return whether it came to its end. What is `left` then are the steps from the failed one on.
     """
-    for place, (step, bound) in enumerate(zip(report.steps, report.bounds, strict=True)):
+    for place, (step, ground) in enumerate(zip(report.steps, report.grounded, strict=True)):
         acting.left, acting.at = rest(report.steps[place:]), place
         if step.status == "finding":
             break
-        if bound is None or step.status == "dropped":
-            acting.passed.append((step, bound, Delta()))
+        if ground is None or step.status == "dropped":
+            acting.passed.append((step, ground, Delta()))
             acting.at = place + 1
             continue
-        agreed = yield from _agreed(run, acting, step, bound)
+        agreed = yield from _agreed(run, acting, step, ground)
         if not agreed or len(acting.acts) >= MOST_ACTS:
             acting.over = REFUSED
             break
-        expected = change_of(bound, run.kg)
-        seen: Seen | None = yield Act(len(acting.acts) + 1, step, bound, expected)
+        expected = change_of(ground, run.kg)
+        seen: Seen | None = yield Act(len(acting.acts) + 1, step, ground, expected)
         if seen is None:
             acting.over = STOPPED
             break
@@ -96,7 +96,7 @@ def act(run: Run, acting: Acting, report: Report, heed: bool = True) -> Generato
             seen = replace(seen, failed="")
         standing = net(acting.changes)
         delta, surprise = _believed(run, acting, Delta() if seen.failed else expected, seen)
-        tried = Acted(step, bound, delta, surprise, seen.failed, standing)
+        tried = Acted(step, ground, delta, surprise, seen.failed, standing)
         if not seen.failed and _as_often(acting, tried) >= MOST_AGAIN:
             seen = replace(seen, failed=_UNDONE)
         _log(run, acting, replace(tried, failed=seen.failed))
@@ -115,26 +115,26 @@ def _as_often(acting: Acting, tried: Acted) -> int:
     """How often a step was tried from the same state with the same outcome, since the person last
     helped."""
     since = acting.acts[(acting.helps or [0])[-1] :]
-    key = key_of(tried.bound), tried.standing, bool(tried.failed)
-    return sum((key_of(act.bound), act.standing, bool(act.failed)) == key for act in since)
+    key = key_of(tried.ground), tried.standing, bool(tried.failed)
+    return sum((key_of(act.ground), act.standing, bool(act.failed)) == key for act in since)
 
 
 def _log(run: Run, acting: Acting, tried: Acted) -> None:
     acting.acts.append(tried)
     why = tried.failed or tried.step.reason
     done: Done = "failed" if tried.failed else "done"
-    acting.passed.append((replace(tried.step, done=done, reason=why), tried.bound, tried.delta))
+    acting.passed.append((replace(tried.step, done=done, reason=why), tried.ground, tried.delta))
     if not tried.failed:
-        run.scene.done |= set(tried.bound.values.values())
+        run.scene.done |= set(tried.ground.values.values())
 
 
 def by_hand(run: Run, acting: Acting) -> Generator[Turn, Any, None]:
     """Mark the last step as done by the person."""
     last = acting.acts[-1]
-    expected = change_of(last.bound, run.kg)
+    expected = change_of(last.ground, run.kg)
     run.kg.apply(expected)
     acting.helps.append(len(acting.acts))
-    _log(run, acting, Acted(last.step, last.bound, expected))
+    _log(run, acting, Acted(last.step, last.ground, expected))
     yield from _keep(run, acting, expected, Delta())
 
 
@@ -162,10 +162,12 @@ def rest(steps: Iterable[Step]) -> str:
     return "\n".join(step.call.render() for step in kept)
 
 
-def _agreed(run: Run, acting: Acting, step: Step, bound: Bound) -> Generator[Turn, Any, bool]:
+def _agreed(
+    run: Run, acting: Acting, step: Step, ground: GroundAction
+) -> Generator[Turn, Any, bool]:
     """Ask the person to confirm a step if `confirm` says so; an absent person refuses."""
     wanted = acting.confirm == "each" or (
-        acting.confirm == "irreversible" and is_irreversible(bound.action, run.kg.domain)
+        acting.confirm == "irreversible" and is_irreversible(ground.action, run.kg.domain)
     )
     if not wanted:
         return True
@@ -213,7 +215,7 @@ def _believed(run: Run, acting: Acting, expected: Delta, seen: Seen) -> tuple[De
 def _ruled_out(run: Run, acting: Acting) -> Iterator[Finding]:
     """What the request excludes by what the world says that a thing is like: only a person's word
     makes that known, but no goal is met against it."""
-    used = {node for act in acting.acts if not act.failed for node in act.bound.values.values()}
+    used = {node for act in acting.acts if not act.failed for node in act.ground.values.values()}
     with run.kg.rehearsal():
         for fact in sorted(acting.claims):
             run.kg.apply(run.kg.with_fact(fact, run.kg.facts.triples((*fact[:2], None))))
@@ -249,13 +251,13 @@ def failure(acting: Acting) -> Finding | None:
 
 def carried_out(acting: Acting, report: Report) -> Report:
     """Return the plan as executed: the steps behind, then those still to come."""
-    left = zip(report.steps[acting.at :], report.bounds[acting.at :], strict=True)
+    left = zip(report.steps[acting.at :], report.grounded[acting.at :], strict=True)
     to_come = [
-        (step if step.status == "dropped" else replace(step, done="not tried"), bound, Delta())
-        for step, bound in left
+        (step if step.status == "dropped" else replace(step, done="not tried"), ground, Delta())
+        for step, ground in left
     ]
     whole = [*acting.passed, *to_come]
-    steps, bounds, deltas = (
+    steps, grounded, deltas = (
         (tuple(each) for each in zip(*whole, strict=True)) if whole else ((),) * 3
     )
     before = len(acting.passed) - acting.at
@@ -264,7 +266,7 @@ def carried_out(acting: Acting, report: Report) -> Report:
         for f in report.findings
         if f.code != "E601"
     )
-    return replace(report, steps=steps, bounds=bounds, deltas=deltas, findings=findings)
+    return replace(report, steps=steps, grounded=grounded, deltas=deltas, findings=findings)
 
 
 def outside(acting: Acting) -> Outside:
@@ -286,8 +288,8 @@ def outside(acting: Acting) -> Outside:
 
 def placed(run: Run, act: Acted) -> list[tuple[URIRef, URIRef]]:
     """Return the movable things of a step, each with its location property."""
-    hands = set(run.kg.instances(k.iri for k in run.kg.domain.kinds.values() if k.hand))
-    things = (v for v in act.bound.values.values() if isinstance(v, URIRef) and v not in hands)
+    hands = set(run.kg.instances(k.iri for k in run.kg.domain.classes.values() if k.hand))
+    things = (v for v in act.ground.values.values() if isinstance(v, URIRef) and v not in hands)
     found = ((thing, place_property(thing, run.scene)) for thing in things)
     return [(thing, prop.iri) for thing, prop in found if prop is not None]
 
@@ -388,18 +390,18 @@ def _where(run: Run, entity: URIRef, prop: URIRef, why: str) -> Question:
 
 def _attributes(run: Run, last: Acted) -> Iterator[tuple[Question, str]]:
     """The attributes the step requires, as questions, each with the answer that denies it."""
-    for need in last.bound.action.attributes:
-        entity = last.bound.values.get(need.of)
+    for need in last.ground.action.attributes:
+        entity = last.ground.values.get(need.of)
         prop = run.kg.domain.properties.get(need.prop)
         if entity is not None and prop is not None:
             name = normal(run.kg.name(entity))
             value = NO if need.value == TRUE else YES
             yield attribute_question(run.kg, name, prop, ""), value
     # What a condition asks of an attribute that is known may be known wrongly.
-    asked = {p for c in last.bound.action.conditions for p in c.predicates}
+    asked = {p for c in last.ground.action.conditions for p in c.predicates}
     props = [p for p in run.kg.domain.properties.values() if p.iri in asked]
     for prop in (p for p in props if p.graph == "attribute" and p.range == XSD.boolean):
-        for entity in last.bound.values.values():
+        for entity in last.ground.values.values():
             known = run.kg.value(entity, prop.iri)
             if known is not None:
                 name = normal(run.kg.name(entity))
@@ -426,7 +428,7 @@ def _what_now(run: Run, acting: Acting, why: str) -> Question:
         choices.append(Choice(_denial(question, value), text))
     choices.append(Choice(LATER.value, "I cannot say: stop here"))
     about = normal(
-        next((run.kg.name(v) for v in last.bound.values.values()), last.step.call.action)
+        next((run.kg.name(v) for v in last.ground.values.values()), last.step.call.action)
     )
     return Question(
         "failed",

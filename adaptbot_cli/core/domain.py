@@ -45,16 +45,16 @@ class InitialState:
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
-    """A class of things. `supers` are its superclasses, itself first; `order` makes it teachable.
+class ItemClass:
+    """A class of things. The `superclasses` begin with itself; `order` makes it teachable.
 
-    Prompts name the members of `prompted` kinds. Nothing is kept in a `hand`.
+    Prompts name the members of `prompted` classes. Nothing is kept in a `hand`.
     """
 
     iri: URIRef
     label: str
     comment: str
-    supers: tuple[URIRef, ...]
+    superclasses: tuple[URIRef, ...]
     name_property: URIRef | None
     location_property: URIRef | None
     order: int | None
@@ -205,7 +205,7 @@ class Domain:
     quantifiers: frozenset[str]
     part_words: frozenset[str]
     products: frozenset[str]
-    kinds: Mapping[URIRef, Kind]
+    classes: Mapping[URIRef, ItemClass]
     properties: Mapping[URIRef, Property]
     actions: Mapping[str, Action]
     tasks: tuple[Task, ...]
@@ -220,15 +220,15 @@ class Domain:
     robot: str = ""
 
     @property
-    def teachable(self) -> tuple[Kind, ...]:
-        """The kinds that a person can be asked to choose from, in the domain's order."""
-        kinds = [kind for kind in self.kinds.values() if kind.order is not None]
+    def teachable(self) -> tuple[ItemClass, ...]:
+        """The classes that a person can be asked to choose from, in the domain's order."""
+        kinds = [kind for kind in self.classes.values() if kind.order is not None]
         return tuple(sorted(kinds, key=lambda kind: (kind.order or 0, kind.label)))
 
     @property
     def locations(self) -> tuple[URIRef, ...]:
         """The predicates that say what a thing is in or on."""
-        found = {kind.location_property for kind in self.kinds.values() if kind.location_property}
+        found = {kind.location_property for kind in self.classes.values() if kind.location_property}
         return tuple(sorted(found))
 
     @property
@@ -246,12 +246,12 @@ class Domain:
 
     def label(self, iri: Node) -> str:
         """Return what people call a class or property: its label, or the end of its IRI."""
-        known = self.kinds.get(iri) or self.properties.get(iri)  # type: ignore[call-overload]
+        known = self.classes.get(iri) or self.properties.get(iri)  # type: ignore[call-overload]
         return known.label if known is not None and known.label else local(iri)
 
     def name_properties(self) -> tuple[URIRef, ...]:
         """The predicates that give things their names."""
-        found = {k.name_property for k in self.kinds.values() if k.name_property is not None}
+        found = {k.name_property for k in self.classes.values() if k.name_property is not None}
         return tuple(sorted(found))
 
 

@@ -16,7 +16,7 @@ from adaptbot_cli.core.usage import Usage
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class GroundAction:
     """A ground action: an action with a term for every parameter."""
 
     action: Action
@@ -27,7 +27,7 @@ class Bound:
 class Report:
     """A plan after parse, check, refine and repair.
 
-    `bounds` and `deltas` go with `steps` one to one: what a step means to the graph (None if it is
+    `grounded` and `deltas` go with `steps` one to one: each step's ground action (None if it is
     dropped or cannot be understood) and what it changed in the rehearsal. `written` are the calls
     that the text writes.
     """
@@ -36,7 +36,7 @@ class Report:
     text: str
     steps: tuple[Step, ...]
     findings: tuple[Finding, ...]
-    bounds: tuple[Bound | None, ...] = ()
+    grounded: tuple[GroundAction | None, ...] = ()
     deltas: tuple[Delta, ...] = ()
     missing: tuple[str, ...] = ()
     written: tuple[Written, ...] = ()

@@ -13,7 +13,7 @@ from adaptbot_cli.core.graph.terms import Triple, local
 from adaptbot_cli.core.plan import Call, Finding, Parsed, Step, Task
 from adaptbot_cli.core.refine.check import examine, names_to_look_up, words_to_look_up
 from adaptbot_cli.core.refine.mend import with_remedies
-from adaptbot_cli.core.report import Bound, Report
+from adaptbot_cli.core.report import GroundAction, Report
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Checked, LookUp, Proposal, Propose, Turn
 from adaptbot_cli.core.usage import Usage
@@ -55,7 +55,7 @@ class Acting:
     helps: list[int] = field(default_factory=list)
     changes: list[Delta] = field(default_factory=list)
     left: str = ""
-    passed: list[tuple[Step, Bound | None, Delta]] = field(default_factory=list)
+    passed: list[tuple[Step, GroundAction | None, Delta]] = field(default_factory=list)
     at: int = 0
     surprises: list[Delta] = field(default_factory=list)
     claims: set[Triple] = field(default_factory=set)

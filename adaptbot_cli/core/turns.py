@@ -14,7 +14,7 @@ from adaptbot_cli.core.ask.questions import Answer, Question, Reviewed
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Finding, Step, Task
-from adaptbot_cli.core.report import Bound, Outcome, Report
+from adaptbot_cli.core.report import GroundAction, Outcome, Report
 from adaptbot_cli.core.request.understand import Reading
 from adaptbot_cli.core.usage import Usage
 from adaptbot_cli.core.world import Seen
@@ -156,7 +156,7 @@ class Act:
 
     number: int
     step: Step
-    bound: Bound
+    ground: GroundAction
     expected: Delta
 
 

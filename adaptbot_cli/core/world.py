@@ -13,7 +13,7 @@ from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import STATES, Triple, local
 from adaptbot_cli.core.graph.validate import new_faults
 from adaptbot_cli.core.plan import Step
-from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.report import GroundAction
 
 STOPPED, REFUSED, LOST = "stopped", "refused", "lost"
 """Why nothing more is done in a world: the person pressed Ctrl-C or did not agree to a step, or the
@@ -51,7 +51,7 @@ class Acted:
     """
 
     step: Step
-    bound: Bound
+    ground: GroundAction
     delta: Delta = field(default=Delta())
     surprise: Delta = field(default=Delta())
     failed: str = ""
@@ -86,7 +86,7 @@ def fact_of(reply: object, kg: Kg) -> Triple:
     if prop is None:
         raise ValueError(f'there is no property "{str(predicate)[:60]}"')
     thing = _thing(subject, kg)
-    if prop.range in kg.domain.kinds:
+    if prop.range in kg.domain.classes:
         return thing, prop.iri, _thing(value, kg)
     term = Literal(value) if isinstance(value, bool) else Literal(str(value), datatype=prop.range)
     if term.ill_typed or term.datatype != prop.range:

@@ -10,7 +10,7 @@ from adaptbot_cli.core.plan import Change, Finding, Parsed, Step, Task, Written
 from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import in_order, understand
-from adaptbot_cli.core.refine.walk import Walk
+from adaptbot_cli.core.refine.simulation import Simulation
 from adaptbot_cli.core.report import Outcome, Report, Result
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Proposal, Propose
@@ -44,11 +44,11 @@ def _carry_out(parsed: Parsed, text: str, scene: Scene) -> tuple[Report, Outcome
     """Take the steps in order up to the first error; then check the goal, if there was none."""
     parsed = in_order(parsed, scene)
     scene.notice([written.call for written in parsed.calls])
-    walk = Walk(scene.kg)
+    simulation = Simulation(scene.kg)
     unmet: tuple[Finding, ...] = ()
     missing: tuple[str, ...] = ()
     with scene.kg.rehearsal():
-        error = next(_blocking(parsed.findings), None) or _first_error(parsed, walk, scene)
+        error = next(_blocking(parsed.findings), None) or _first_error(parsed, simulation, scene)
         if error is None:
             unmet, missing = check_goal(scene)
     errors = (error,) if error else ()
@@ -57,48 +57,48 @@ def _carry_out(parsed: Parsed, text: str, scene: Scene) -> tuple[Report, Outcome
     report = Report(
         task=scene.task,
         text=text,
-        steps=tuple(walk.steps),
+        steps=tuple(simulation.steps),
         findings=findings,
-        bounds=tuple(walk.bounds),
-        deltas=tuple(walk.deltas),
+        grounded=tuple(simulation.grounded),
+        deltas=tuple(simulation.deltas),
         missing=tuple(dict.fromkeys((*(f.subject for f in left_out), *missing))),
     )
-    return report, Outcome(tuple(walk.deltas), error, unmet, missing)
+    return report, Outcome(tuple(simulation.deltas), error, unmet, missing)
 
 
 def _blocking(findings: tuple[Finding, ...]) -> Iterator[Finding]:
     return (finding for finding in findings if blocks(finding))
 
 
-def _first_error(parsed: Parsed, walk: Walk, scene: Scene) -> Finding | None:
+def _first_error(parsed: Parsed, simulation: Simulation, scene: Scene) -> Finding | None:
     for place, written in enumerate(parsed.calls):
-        error = _step(written, walk, scene)
+        error = _step(written, simulation, scene)
         if error is not None:
-            _not_reached(parsed.calls[place + 1 :], walk)
+            _not_reached(parsed.calls[place + 1 :], simulation)
             return error
     return None
 
 
-def _not_reached(calls: tuple[Written, ...], walk: Walk) -> None:
+def _not_reached(calls: tuple[Written, ...], simulation: Simulation) -> None:
     for written in calls:
-        walk.steps.append(Step(written.call, written.source, written.line, "finding"))
-        walk.bounds.append(None)
-        walk.deltas.append(Delta())
+        simulation.steps.append(Step(written.call, written.source, written.line, "finding"))
+        simulation.grounded.append(None)
+        simulation.deltas.append(Delta())
 
 
-def _step(written: Written, walk: Walk, scene: Scene) -> Finding | None:
+def _step(written: Written, simulation: Simulation, scene: Scene) -> Finding | None:
     """Take one step as written, or return why it cannot be done."""
     meant = expand(written.call, scene)
     sound = understand(written.call, scene)
     change = meant.change or next(iter(sound.changes), None)
-    number = len(walk.steps) + 1
+    number = len(simulation.steps) + 1
     if change is not None or not meant.calls:
         error = _not_as_written(change, written, number)
-        _not_reached((written,), walk)
+        _not_reached((written,), simulation)
         return error
-    seen = len(walk.findings)
-    walk.take(written, sound)
-    return next(_blocking(tuple(walk.findings[seen:])), None)
+    seen = len(simulation.findings)
+    simulation.take(written, sound)
+    return next(_blocking(tuple(simulation.findings[seen:])), None)
 
 
 def _not_as_written(change: Change | None, written: Written, number: int) -> Finding:

@@ -14,7 +14,7 @@ from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import AB
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Finding
-from adaptbot_cli.core.report import Bound, Report, Result
+from adaptbot_cli.core.report import GroundAction, Report, Result
 from adaptbot_cli.core.view.summary import findings
 from adaptbot_cli.evaluation.figures import WORLD_MEANS, WORLD_SHARES
 
@@ -93,13 +93,13 @@ def seen(result: Result, required: Iterable[str], found: Iterable[Finding], kg: 
     """Look at what became of the required items; `told` are the findings that the arm reports."""
     steps = list(_succeeded(result.report))
     wanted = tuple(required)
-    met = {entity for bound, delta in steps for entity in _met(bound, delta)}
+    met = {entity for ground, delta in steps for entity in _met(ground, delta)}
     needed = {entity for name in wanted for entity in kg.find(name)}
     worked = {
         entity
-        for bound, delta in steps
-        if not _carries(bound.action, delta, needed, kg)
-        for entity in _met(bound, delta)
+        for ground, delta in steps
+        if not _carries(ground.action, delta, needed, kg)
+        for entity in _met(ground, delta)
     }
     used = tuple(name for name in wanted if met & set(kg.find(name)))
     reported = {normal(finding.subject) for finding in found}
@@ -112,18 +112,18 @@ def seen(result: Result, required: Iterable[str], found: Iterable[Finding], kg: 
     return ItemCounts(used, tuple(name for name in wanted if worked & set(kg.find(name))), lost)
 
 
-def _succeeded(report: Report) -> Iterator[tuple[Bound, Delta]]:
+def _succeeded(report: Report) -> Iterator[tuple[GroundAction, Delta]]:
     """The steps that changed the world as they should, with what they changed."""
-    rows = zip(report.steps, report.bounds, report.deltas, strict=True)
-    for step, bound, delta in rows:
+    rows = zip(report.steps, report.grounded, report.deltas, strict=True)
+    for step, ground, delta in rows:
         took_place = step.status not in ("dropped", "finding") and step.done != "failed"
-        if bound is not None and delta and took_place:
-            yield bound, delta
+        if ground is not None and delta and took_place:
+            yield ground, delta
 
 
-def _met(bound: Bound, delta: Delta) -> set[Node]:
+def _met(ground: GroundAction, delta: Delta) -> set[Node]:
     """The things that a step is about: its arguments, hidden ones too, and what it changed."""
-    return {*bound.values.values(), *(triple[0] for triple in delta.added | delta.removed)}
+    return {*ground.values.values(), *(triple[0] for triple in delta.added | delta.removed)}
 
 
 def _carries(action: Action, delta: Delta, needed: set[URIRef], kg: Kg) -> bool:
@@ -134,7 +134,7 @@ def _carries(action: Action, delta: Delta, needed: set[URIRef], kg: Kg) -> bool:
     """
     if action.fetches:
         return True
-    places = {kind.location_property for kind in kg.domain.kinds.values()}
+    places = {kind.location_property for kind in kg.domain.classes.values()}
     changed = delta.added | delta.removed
     if any(t[1] not in places and t[0] != kg.domain.agent for t in changed):
         return False
@@ -145,10 +145,10 @@ def _carries(action: Action, delta: Delta, needed: set[URIRef], kg: Kg) -> bool:
 
 def _named(report: Report, kg: Kg) -> tuple[set[str], set[Node]]:
     """What the steps that were not dropped are about: names as written, and things."""
-    rows = zip(report.steps, report.bounds, strict=True)
-    kept = [(step, bound) for step, bound in rows if step.status != "dropped"]
+    rows = zip(report.steps, report.grounded, strict=True)
+    kept = [(step, ground) for step, ground in rows if step.status != "dropped"]
     names = {normal(arg) for step, _ in kept for arg in step.call.args}
-    things = {value for _, bound in kept if bound for value in bound.values.values()}
+    things = {value for _, ground in kept if ground for value in ground.values.values()}
     return names, things | {entity for name in names for entity in kg.find(name)}
 
 

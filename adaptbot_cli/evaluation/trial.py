@@ -67,7 +67,7 @@ def plant(facts: Sequence[Triple], kg: Kg, share: float, seed: int) -> list[Trip
     for _, predicate, value in facts:
         if predicate in locations:
             kept.setdefault(predicate, set()).add(value)
-    hands = set(kg.instances(k.iri for k in kg.domain.kinds.values() if k.hand))
+    hands = set(kg.instances(k.iri for k in kg.domain.classes.values() if k.hand))
     planted = []
     for fact in sorted(facts):
         subject, predicate, value = fact

@@ -403,7 +403,7 @@ def _matters(delta: Delta, task: Task, plan: str, before: Kg, now: Kg) -> bool:
     changed = about(delta)
     subjects = {subject for subject, _, _ in delta.removed | delta.added}
     for kg in (before, now):  # a step may use an action, a place or a tool without its name
-        prompted = [kind.iri for kind in kg.domain.kinds.values() if kind.prompted]
+        prompted = [kind.iri for kind in kg.domain.classes.values() if kind.prompted]
         actions = {action.iri for action in kg.domain.actions.values()}
         if any(node in actions or kg.is_a(node, prompted) for node in subjects):
             return True

@@ -104,7 +104,7 @@ class Served:
         own = {kind for robot in kg.robots for kind in kg.facts.objects(robot, RDF.type)}
         kinds = [
             k.iri
-            for k in kg.domain.kinds.values()
+            for k in kg.domain.classes.values()
             if k.hand or k.iri in own or normal(k.label) in named
         ]
         return self._merge(self.shared.about(things, named, kinds))
@@ -186,7 +186,7 @@ class Served:
             else:
                 touched = {node for s, _, o in delta.removed | delta.added for node in (s, o)}
                 both = self._facts(held_by(self.home)) | self.shadow.facts
-                things = touched & {s for s, _, _ in both} - {*self.home.kg.domain.kinds}
+                things = touched & {s for s, _, _ in both} - {*self.home.kg.domain.classes}
                 fetched = self._merge(self.shared.about(things)) if delta else Exchange()
             if fetched.open:
                 return fetched

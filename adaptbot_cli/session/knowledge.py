@@ -154,7 +154,7 @@ def differences(home: Home, a: str | None, b: str | None) -> tuple[Changes, str,
     changes = versions.between(files_a, files_b)
     words = home.words
     nodes = {node for t in changes.delta.removed | changes.delta.added for node in (t[0], t[2])}
-    nodes -= {home.kg.domain.iri, *home.kg.domain.kinds}
+    nodes -= {home.kg.domain.iri, *home.kg.domain.classes}
     if any(node not in words.names for node in nodes if isinstance(node, URIRef)):
         words = words.also(facts_of(files_a)).also(facts_of(files_b))
     return changes, a, b or WORKING, words

@@ -69,7 +69,7 @@ DELTAS = (
 
 
 def lesson(kg: Kg) -> Lesson:
-    kind = next(k for k in kg.domain.kinds.values() if k.iri == node("tool"))
+    kind = next(k for k in kg.domain.classes.values() if k.iri == node("tool"))
     taught = learning.existence(kg, "clamp", kind)
     place = delta("+clamp in bench")
     both = Delta(added=taught.added | place.added)

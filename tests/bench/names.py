@@ -37,7 +37,7 @@ def meant(name: str, kg: Kg, lexicon: Lexicon) -> tuple[str, tuple[str, ...]]:
         scene.known[normal(name)] = lexicon.related(name, fields)
         for other in sorted(names_to_look_up([normal(name)], scene)):
             scene.known[other] = lexicon.related(other, fields)
-    found = resolve.item(name, tuple(kg.domain.kinds), scene)
+    found = resolve.item(name, tuple(kg.domain.classes), scene)
     told = found.finding.candidates if found.finding else ()
     return kg.name(found.entity) if found.entity else "", told
 

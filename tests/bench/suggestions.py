@@ -22,7 +22,7 @@ from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.core.ask import agenda, learning, suggest
 from adaptbot_cli.core.ask.questions import Question
-from adaptbot_cli.core.domain import Kind
+from adaptbot_cli.core.domain import ItemClass
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Task
@@ -64,7 +64,7 @@ def leave_out(kg: Kg) -> Score:
 
 def _one(
     kg: Kg,
-    kind: Kind,
+    kind: ItemClass,
     entity: URIRef,
     score: Score,
     lexicon: WordNet,

@@ -11,7 +11,7 @@ from random import Random
 from rdflib import RDF, XSD, URIRef
 
 from adaptbot_cli.adapters.store.reading import load_kg
-from adaptbot_cli.core.domain import Domain, Kind, Property
+from adaptbot_cli.core.domain import Domain, ItemClass, Property
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import local
 
@@ -76,7 +76,9 @@ class _Growing:
             for thing in bearers:
                 self._enter(kind, self._written(thing))
                 self.named[kg.name(thing), kind.iri] = 1
-        holding = [k for k in self.domain.teachable if not self.domain.places.isdisjoint(k.supers)]
+        holding = [
+            k for k in self.domain.teachable if not self.domain.places.isdisjoint(k.superclasses)
+        ]
         self.kinds = [k for k in self.domain.teachable if k not in holding], holding
 
     def thing(self) -> tuple[str, list[Fact]]:
@@ -90,7 +92,7 @@ class _Growing:
         self._enter(kind, written)
         return written, facts
 
-    def _name(self, kind: Kind) -> str:
+    def _name(self, kind: ItemClass) -> str:
         """Seldom the name of a thing of another class; else a common one, numbered."""
         nouns = self.nouns[kind.iri]
         name = nouns[int(len(nouns) * self.random.random() ** 2)]
@@ -101,7 +103,7 @@ class _Growing:
         self.named[self.last, kind.iri] = max(1, self.named.get((self.last, kind.iri), 0))
         return self.last
 
-    def _facts(self, kind: Kind, name: str) -> Iterator[Fact]:
+    def _facts(self, kind: ItemClass, name: str) -> Iterator[Fact]:
         yield "attribute", "rdf:type", self._written(kind.iri)
         if kind.name_property is not None:
             yield "attribute", self._written(kind.name_property), f'"{name}"'
@@ -121,8 +123,8 @@ class _Growing:
             place = fitting[int(len(fitting) * self.random.random() ** 3)]
             yield prop.graph, self._written(prop.iri), place
 
-    def _enter(self, kind: Kind, written: str) -> None:
-        for above in self.domain.places.intersection(kind.supers):
+    def _enter(self, kind: ItemClass, written: str) -> None:
+        for above in self.domain.places.intersection(kind.superclasses):
             self.places.setdefault(above, []).append(written)
 
     def _written(self, iri: URIRef) -> str:

@@ -129,7 +129,7 @@ def test_a_page_is_the_same_in_every_process_and_tells_all(used: Home, name: str
     assert used.adaptbot("domain", "docs", name, PYTHONHASHSEED="2").out == page
     domain = sources.load(Workspace(used.workspace), name).domain
     names = [f"### `{action}(" for action in domain.actions]
-    names += [f"`{local(iri)}`" for iri in (*domain.properties, *domain.kinds)]
+    names += [f"`{local(iri)}`" for iri in (*domain.properties, *domain.classes)]
     names += [f"\n### {escaped(task.name)}\n" for task in domain.tasks]
     names += [escaped(p.question) for p in domain.properties.values()]
     assert [name for name in names if name not in page] == []

@@ -307,7 +307,7 @@ def test_different_names_get_different_iris(names: list[str]) -> None:
     with kg.rehearsal():
         iris = []
         for name in names:
-            delta = learning.existence(kg, name, kg.domain.kinds[PART])
+            delta = learning.existence(kg, name, kg.domain.classes[PART])
             iris.append(next(iter(delta.added))[0])
             kg.apply(delta)
         assert len(set(iris)) == len(names)

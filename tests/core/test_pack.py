@@ -416,8 +416,8 @@ def test_every_term_that_the_tool_reads_is_a_known_one() -> None:
 
 
 def test_a_kinds_superclasses_start_with_itself() -> None:
-    part = workshop().domain.kinds[URIRef(W + "part")]
-    assert part.supers == (URIRef(W + "part"), URIRef(W + "thing"))
+    part = workshop().domain.classes[URIRef(W + "part")]
+    assert part.superclasses == (URIRef(W + "part"), URIRef(W + "thing"))
 
 
 def test_an_effect_is_read_into_a_query_and_two_templates() -> None:

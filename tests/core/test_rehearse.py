@@ -148,9 +148,9 @@ def test_a_missing_step_is_never_one_that_an_attribute_rules_out() -> None:
 
 def test_a_default_is_taken_from_the_state_at_that_point() -> None:
     report = check("dry_part(plank)")
-    bound = next(b for s, b in zip(report.steps, report.bounds, strict=True) if s.source)
-    assert bound is not None
-    assert bound.values["heater"] == URIRef(W + "stove")
+    ground = next(b for s, b in zip(report.steps, report.grounded, strict=True) if s.source)
+    assert ground is not None
+    assert ground.values["heater"] == URIRef(W + "stove")
 
 
 def test_without_anything_that_can_serve_it_says_so() -> None:

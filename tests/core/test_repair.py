@@ -291,7 +291,7 @@ def test_a_goal_that_the_steps_for_another_undo_is_brought_about_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(
-        "adaptbot_cli.core.refine.walk.MOST_TO_KEEP", 1
+        "adaptbot_cli.core.refine.simulation.MOST_TO_KEEP", 1
     )  # no way is found that keeps it
     prefix = "PREFIX w: <http://example.org/workshop#> "
     about = f"{prefix}SELECT ?thing ?part WHERE {{ VALUES (?thing ?part) {{ (w:lathe w:board) }} }}"

@@ -145,7 +145,7 @@ ex:cleaver rdf:type ex:tool ; ex:tool_name "cleaver" ; ex:IsSlicingTool true .
 """
     kg = holding("knife", home(attributes=SECOND + more))
     used = [
-        checked(acting_as(kg, name), 'slice("onion")').report.bounds[-1].values["tool"]  # type: ignore[union-attr]
+        checked(acting_as(kg, name), 'slice("onion")').report.grounded[-1].values["tool"]  # type: ignore[union-attr]
         for name in ("robot", "robot2")
     ]
     assert used[0] == EX.knife

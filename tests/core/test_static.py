@@ -22,14 +22,14 @@ def messages(text: str, kg: Kg | None = None) -> list[str]:
 
 def rendered(text: str, kg: Kg | None = None) -> str:
     understood = sound(text, kg)
-    assert understood.bound is not None, understood.findings
+    assert understood.ground is not None, understood.findings
     return understood.call.render()
 
 
 def value(text: str, parameter: str, kg: Kg | None = None) -> object:
     understood = sound(text, kg)
-    assert understood.bound is not None, understood.findings
-    return understood.bound.values.get(parameter)
+    assert understood.ground is not None, understood.findings
+    return understood.ground.values.get(parameter)
 
 
 def test_a_call_that_says_everything_is_bound() -> None:
@@ -101,7 +101,7 @@ def test_a_rendered_call_is_understood_the_same_way() -> None:
     for text in ("drill_hole(board, bench)", "switch(stove, off)", "put(board)", "wait(35)"):
         once = sound(text)
         again = understand(once.call, scene())
-        assert again.bound == once.bound
+        assert again.ground == once.ground
         assert again.call == once.call
 
 

@@ -114,7 +114,7 @@ def _rows(delta: Delta, kg: Kg, notes: Mapping[tuple[Node, Node], str] | None) -
     """A change by thing and property; without `notes` each row is noted with its graph."""
     nodes = {node for fact in delta.removed | delta.added for node in fact[::2]}
     names: dict[Node, str] = {}
-    names |= {n: kg.name(n) for n in nodes if isinstance(n, URIRef) and n not in kg.domain.kinds}
+    names |= {n: kg.name(n) for n in nodes if isinstance(n, URIRef) and n not in kg.domain.classes}
     words = Words(kg.domain, names)
     for thing in grouped(delta, words):
         for edit in thing.edits:

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from adaptbot_cli.adapters.display.cells import cell, count, indented
-from adaptbot_cli.core.domain import Kind
+from adaptbot_cli.core.domain import ItemClass
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.view.facts import Thing
@@ -17,7 +17,7 @@ from adaptbot_cli.core.view.facts import Thing
 Plain = dict[str, Any]
 
 
-def everything(kg: Kg, groups: list[tuple[Kind, list[Thing]]]) -> RenderableType:
+def everything(kg: Kg, groups: list[tuple[ItemClass, list[Thing]]]) -> RenderableType:
     """Show every thing under its class: where it is, what is true of it, its state."""
     nodes, edges = kg.size()
     parts: list[RenderableType] = []
@@ -27,7 +27,7 @@ def everything(kg: Kg, groups: list[tuple[Kind, list[Thing]]]) -> RenderableType
     return Group(*parts)
 
 
-def members(kg: Kg, kind: Kind, things: list[Thing], about: dict[str, Any]) -> RenderableType:
+def members(kg: Kg, kind: ItemClass, things: list[Thing], about: dict[str, Any]) -> RenderableType:
     """Show the things of one class, and what is asked of a new one."""
     parts: list[RenderableType] = [_heading(kind.label, len(things)), _listing(kg, things)]
     if about["about"]:
@@ -71,7 +71,7 @@ def _label(kg: Kg, name: str) -> str:
 
 def one(kg: Kg, thing: Thing) -> RenderableType:
     """Show one thing with all its facts, and what is in or on it."""
-    labels = {local(kind.iri): kind.label for kind in kg.domain.kinds.values()}
+    labels = {local(kind.iri): kind.label for kind in kg.domain.classes.values()}
     kinds = ", ".join(labels.get(name, name) for name in thing.kind.split(", "))
     title = Text.assemble(cell(thing.name, "bold"), (f"  {kinds}", "dim"))
     parts: list[RenderableType] = [title, *_also_called(thing.aliases)]
@@ -104,7 +104,7 @@ def stats(kg: Kg, record: dict[str, Any]) -> RenderableType:
     table.columns[1].justify = "right"
     for name in ("nodes", "edges", "actions", "tasks"):
         table.add_row(Text(name, "bold"), Text(str(record[name])))
-    labels = {local(kind.iri): kind.label for kind in kg.domain.kinds.values()}
+    labels = {local(kind.iri): kind.label for kind in kg.domain.classes.values()}
     for name, number in record["classes"].items():
         table.add_row(Text(labels.get(name, name)), Text(str(number)))
     return Group(Text(kg.domain.name, "bold"), table)

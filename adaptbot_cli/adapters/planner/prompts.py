@@ -21,7 +21,7 @@ from rdflib import RDF, URIRef
 
 from adaptbot_cli.adapters.planner.forms import MARK, STYLES, Form, Style
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library, stems
-from adaptbot_cli.core.domain import Action, Kind
+from adaptbot_cli.core.domain import Action, ItemClass
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.names import words
 from adaptbot_cli.core.parse import parse
@@ -222,7 +222,7 @@ class Prompts:
     def _states(self) -> frozenset[URIRef]:
         """The predicates of a state, places left out."""
         found = self.kg.domain.properties.values()
-        return frozenset(p.iri for p in found if p.range not in self.kg.domain.kinds)
+        return frozenset(p.iri for p in found if p.range not in self.kg.domain.classes)
 
     @cached_property
     def _named(self) -> dict[str, Action]:
@@ -277,7 +277,7 @@ class Prompts:
         for iri, name in self._known(matter, task):
             found[iri].setdefault(name)
         for iri, name in self._known(common, task):
-            if open_task or self.kg.domain.kinds[iri].prompted:
+            if open_task or self.kg.domain.classes[iri].prompted:
                 found[iri].setdefault(name)
         for kind in self.kg.domain.teachable:
             most = MOST_NAMES if kind.prompted or not open_task else MOST_OPEN
@@ -296,9 +296,9 @@ class Prompts:
                 if kind is not None and not excludes(self.kg.name(entity), task, self.kg):
                     yield kind, self.kg.name(entity)
 
-    def _rest(self, kind: Kind, task: Task) -> list[str]:
+    def _rest(self, kind: ItemClass, task: Task) -> list[str]:
         """All things of a class that has few, by name."""
-        kinds = [k.iri for k in self.kg.domain.kinds.values() if kind.iri in k.supers]
+        kinds = [k.iri for k in self.kg.domain.classes.values() if kind.iri in k.superclasses]
         members = chain(*(self.kg.facts.subjects(RDF.type, iri) for iri in kinds))
         few = list(islice(members, _SCANNED + 1))
         if len(few) > _SCANNED:

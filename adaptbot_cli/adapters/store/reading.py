@@ -209,7 +209,7 @@ def split(facts: Sequence[Triple], domain: Domain) -> tuple[list[Triple], list[T
         prop = domain.properties.get(triple[1])  # type: ignore[call-overload]
         if prop is not None and prop.graph == "state":
             states.append(triple)
-        elif prop is not None or triple[1] == AB.alias or triple[2] in domain.kinds:
+        elif prop is not None or triple[1] == AB.alias or triple[2] in domain.classes:
             attributes.append(triple)
     declared = {t[0] for t in facts if t[1] == RDF.type and t[2] in (RDFS.Class, RDF.Property)}
     return [t for t in attributes if t[0] not in declared], states

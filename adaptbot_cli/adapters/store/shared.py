@@ -124,7 +124,7 @@ class SharedGraph:
         """What is named as a value, to be known as a thing itself."""
         iri = pyoxigraph.NamedNode
         found = {node_of(o) for _, p, o in rows if isinstance(o, iri) and p.value != str(RDF.type)}
-        return found - set(self.domain.kinds)
+        return found - set(self.domain.classes)
 
     def _ask(self, query: str) -> list[tuple[Any, ...]]:
         found = self.endpoint.ask(query, (self.graphs["attributes"], self.graphs["state"]))

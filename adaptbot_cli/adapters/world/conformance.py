@@ -9,7 +9,7 @@ from adaptbot_cli.adapters.world.process import Process
 from adaptbot_cli.core.domain import Action
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.plan import Call, Step, Task
-from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.report import GroundAction
 from adaptbot_cli.core.turns import Act, Begin, Stop
 from adaptbot_cli.core.world import Seen
 from adaptbot_cli.errors import WorldError
@@ -43,7 +43,7 @@ def conformance(process: Process) -> Iterator[ProtocolCheck]:
         (2, "it goes on after a step that failed"),
     ):
         action = Action(URIRef(f"urn:adaptbot:{UNKNOWN}"), UNKNOWN, "", ())
-        seen = process.act(Act(number, Step(Call(UNKNOWN)), Bound(action, {}), Delta()))
+        seen = process.act(Act(number, Step(Call(UNKNOWN)), GroundAction(action, {}), Delta()))
         refused = bool(seen.failed) and not seen.over and process.answered
         why = "" if refused else seen.failed or "it said that it is done"
         yield ProtocolCheck(what, refused, why)

@@ -117,8 +117,8 @@ class Process:
         A step that was not answered is first waited for once more, before it is sent again: its
         robot may still be at it.
         """
-        name, values = turn.bound.action.name, turn.bound.values
-        given = [p.name for p in turn.bound.action.parameters if p.name in values]
+        name, values = turn.ground.action.name, turn.ground.values
+        given = [p.name for p in turn.ground.action.parameters if p.name in values]
         arguments = {key: plain(values[key], self.kg) for key in given}
         step = (name, arguments)
         awaited = self._awaited is not None and self._awaited[1] == step

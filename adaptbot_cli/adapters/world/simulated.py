@@ -14,7 +14,7 @@ from adaptbot_cli.core.graph.validate import new_faults
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import attribute_findings, sentence
 from adaptbot_cli.core.refine.repair import holds, perform
-from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.report import GroundAction
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Act, Begin, Stop
 from adaptbot_cli.core.world import Seen
@@ -115,13 +115,13 @@ class SimulatedHome:
     def act(self, turn: Act) -> Seen:
         """Try a step on the truth."""
         # What was taught has an IRI of its own.
-        bound = replace(
-            turn.bound, values={key: self._true(node) for key, node in turn.bound.values.items()}
+        ground = replace(
+            turn.ground, values={key: self._true(node) for key, node in turn.ground.values.items()}
         )
-        why = self._why_not(bound)
+        why = self._why_not(ground)
         if not why:
-            perform(bound, self.truth)
-        about = frozenset(v for v in bound.values.values() if isinstance(v, URIRef))
+            perform(ground, self.truth)
+        about = frozenset(v for v in ground.values.values() if isinstance(v, URIRef))
         seen = self._look(about, Delta() if why else self._mapped(turn.expected, self._true))
         return Seen(why, seen.observed, seen.gone)
 
@@ -149,17 +149,17 @@ class SimulatedHome:
         sides = (delta.removed, delta.added)
         return Delta(*(frozenset((to(s), p, to(o)) for s, p, o in facts) for facts in sides))
 
-    def _why_not(self, bound: Bound) -> str:
+    def _why_not(self, ground: GroundAction) -> str:
         """Why a step fails in truth, "" if it does not."""
         for number, (thing, action, times, reason) in enumerate(self.slips):
-            if times and action == bound.action.name and thing in bound.values.values():
+            if times and action == ground.action.name and thing in ground.values.values():
                 self.slips[number] = (thing, action, times - 1, reason)
                 return reason
-        things = [node for node in bound.values.values() if isinstance(node, URIRef)]
+        things = [node for node in ground.values.values() if isinstance(node, URIRef)]
         for node in things:
             if not self.truth.classes(node):
                 return f"there is no {self.kg.name(node)} here"
-        for finding in attribute_findings(bound, self.truth):
+        for finding in attribute_findings(ground, self.truth):
             if finding.code != "E301":  # what is not known in the truth may be so
                 return finding.message
         for node in things:
@@ -168,9 +168,9 @@ class SimulatedHome:
             if (kept or true) and [self._true(place) for place in kept] != true:
                 place = f"at {self.kg.name(kept[0])}" if kept else "there"
                 return f"{self.kg.name(known)} is not {place}"
-        for condition in bound.action.conditions:
-            if not holds(condition, bound, self.truth):
-                return sentence(condition.message, bound, self.truth)
+        for condition in ground.action.conditions:
+            if not holds(condition, ground, self.truth):
+                return sentence(condition.message, ground, self.truth)
         if self.noise and self._chance.random() < self.noise:
             return "it slipped"
         return ""

@@ -23,14 +23,14 @@ from adaptbot_cli.core.ask.questions import (
     Question,
     Subject,
 )
-from adaptbot_cli.core.domain import Action, Kind, Parameter, Property
+from adaptbot_cli.core.domain import Action, ItemClass, Parameter, Property
 from adaptbot_cli.core.graph.sparql import mentions
 from adaptbot_cli.core.graph.terms import TRUE, local
 from adaptbot_cli.core.names import nearest, normal, words
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.grounding import known_values
-from adaptbot_cli.core.report import Bound, Report
+from adaptbot_cli.core.report import GroundAction, Report
 from adaptbot_cli.core.scene import Scene
 
 Asked = Mapping[Key, tuple[Question, Answer]]
@@ -115,10 +115,12 @@ def _place_questions(name: str, scene: Scene) -> Iterable[Question]:
             yield learning.attribute_question(scene.kg, name, prop, "")
 
 
-def kinds_of_place(prop: str, scene: Scene) -> list[Kind]:
+def kinds_of_place(prop: str, scene: Scene) -> list[ItemClass]:
     """Return the kinds that can be taught and that a location property leads to."""
     found = property_called(prop, scene)
-    return [k for k in scene.domain.teachable if found is not None and found.range in k.supers]
+    return [
+        k for k in scene.domain.teachable if found is not None and found.range in k.superclasses
+    ]
 
 
 def needed_of(name: str, report: Report, scene: Scene, asked: Asked) -> list[Question]:
@@ -132,7 +134,7 @@ def needed_of(name: str, report: Report, scene: Scene, asked: Asked) -> list[Que
 def place_property(entity: URIRef, scene: Scene) -> Property | None:
     """Return the location property of a thing's class, if it has one."""
     for iri in scene.kg.facts.objects(entity, RDF.type):
-        kind = scene.domain.kinds.get(iri)  # type: ignore[call-overload]
+        kind = scene.domain.classes.get(iri)  # type: ignore[call-overload]
         if kind is not None and kind.location_property is not None:
             return scene.domain.properties.get(kind.location_property)
     return None
@@ -171,9 +173,9 @@ def _about_a_default(finding: Finding, report: Report, scene: Scene) -> Question
 
     It bears the parameter's name, and one attribute keeps it from serving.
     """
-    bound = report.bounds[finding.step - 1] if finding.step else None
-    for parameter in bound.action.parameters if bound else ():
-        if bound is None or not parameter.default or parameter.name in bound.values:
+    ground = report.grounded[finding.step - 1] if finding.step else None
+    for parameter in ground.action.parameters if ground else ():
+        if ground is None or not parameter.default or parameter.name in ground.values:
             continue
         called = (set(scene.kg.with_word(word)) for word in words(parameter.name))
         for entity in sorted(set.intersection(*called)):
@@ -181,7 +183,7 @@ def _about_a_default(finding: Finding, report: Report, scene: Scene) -> Question
             if not scene.kg.is_a(entity, parameter.classes):
                 continue
             for prop in sorted(mentions(parameter.default) & scene.domain.properties.keys()):
-                if _would_serve(entity, scene.domain.properties[prop], parameter, bound, scene):
+                if _would_serve(entity, scene.domain.properties[prop], parameter, ground, scene):
                     context = _source(finding, report)
                     return learning.attribute_question(
                         scene.kg, name, scene.domain.properties[prop], context
@@ -190,13 +192,13 @@ def _about_a_default(finding: Finding, report: Report, scene: Scene) -> Question
 
 
 def _would_serve(
-    entity: URIRef, prop: Property, parameter: Parameter, bound: Bound, scene: Scene
+    entity: URIRef, prop: Property, parameter: Parameter, ground: GroundAction, scene: Scene
 ) -> bool:
     """Tell whether a default would find a thing, were an attribute of it otherwise."""
     values = known_values(scene.kg, entity, prop.iri)
     if prop.range != XSD.boolean or TRUE in values:
         return False
-    given = {"agent": scene.domain.agent, **bound.values}
+    given = {"agent": scene.domain.agent, **ground.values}
     with scene.kg.rehearsal():
         scene.kg.apply(learning.attribute(scene.kg, entity, prop, TRUE))
         return entity in scene.kg.values(parameter.default, parameter.name, given)
@@ -309,14 +311,14 @@ def unknown_action(name: str, report: Report) -> new_action.Unknown:
     return new_action.Unknown(name, step.call, near, step.source or step.call.render())
 
 
-def what_is(name: str, kinds: Iterable[Kind], context: str) -> Question:
+def what_is(name: str, kinds: Iterable[ItemClass], context: str) -> Question:
     """Return the question what kind of thing something is."""
     choices = tuple(Choice(local(kind.iri), kind.label, kind.comment) for kind in kinds)
     text = f'What is "{name.replace("_", " ")}"?'
     return Question("kind", name, text, choices=choices, context=context)
 
 
-def possible_kinds(name: str, report: Report, scene: Scene) -> list[Kind]:
+def possible_kinds(name: str, report: Report, scene: Scene) -> list[ItemClass]:
     """Return the kinds that an unknown thing can be, from the steps that use it.
 
     Which action of a family was written says little of the thing, so all kinds that the family
@@ -330,8 +332,8 @@ def possible_kinds(name: str, report: Report, scene: Scene) -> list[Kind]:
             if action and normal(arg) == name and position < len(action.visible):
                 likely |= set(action.visible[position].classes)
                 classes = _of_family(action, position, scene)
-                kinds = [k for k in kinds if classes & set(k.supers)] or kinds
-    return sorted(kinds, key=lambda kind: not likely & set(kind.supers))
+                kinds = [k for k in kinds if classes & set(k.superclasses)] or kinds
+    return sorted(kinds, key=lambda kind: not likely & set(kind.superclasses))
 
 
 def _of_family(action: Action, position: int, scene: Scene) -> set[URIRef]:
@@ -410,7 +412,7 @@ def _asked_of(entity: URIRef, scene: Scene) -> list[Property]:
     return [props[iri] for k in _kinds(entity, scene) for iri in k.asks if iri in props]
 
 
-def _kinds(entity: URIRef, scene: Scene) -> list[Kind]:
+def _kinds(entity: URIRef, scene: Scene) -> list[ItemClass]:
     return [kind for kind in scene.domain.teachable if scene.kg.is_a(entity, [kind.iri])]
 
 

@@ -20,7 +20,7 @@ from adaptbot_cli.core.ask.questions import (
     QuestionKind,
     yes_no,
 )
-from adaptbot_cli.core.domain import Action, Domain, Kind, Property
+from adaptbot_cli.core.domain import Action, Domain, ItemClass, Property
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import AB, NUMBERS, Triple, local
@@ -80,13 +80,13 @@ def entity_iri(kg: Kg, name: str) -> URIRef:
     """Return a new entity's IRI: the domain's namespace and a safe, readable, unused end."""
     base = safe_name(name)
     actions = {action.iri for action in kg.domain.actions.values()}
-    reserved = {kg.domain.agent, *kg.domain.kinds, *kg.domain.properties, *actions}
+    reserved = {kg.domain.agent, *kg.domain.classes, *kg.domain.properties, *actions}
     candidates = (base if n == 1 else f"{base}_{n}" for n in range(1, 10_000))
     taken = (URIRef(kg.domain.namespace + end) for end in candidates)
     return next(i for i in taken if i not in reserved and (i, None, None) not in kg.facts)
 
 
-def existence(kg: Kg, name: str, kind: Kind) -> Delta:
+def existence(kg: Kg, name: str, kind: ItemClass) -> Delta:
     """Return the facts of a new entity: its class, its name and the states it starts in."""
     iri = entity_iri(kg, name)
     facts: set[Triple] = {(iri, RDF.type, kind.iri)}
@@ -107,7 +107,7 @@ def attribute(kg: Kg, entity: URIRef, prop: Property, value: Node) -> Delta:
 def _starts(kg: Kg, entity: URIRef, prop: URIRef, value: Node) -> Iterable[Triple]:
     """The states that an entity starts in because this attribute is true of it."""
     for iri in kg.facts.objects(entity, RDF.type):
-        kind = kg.domain.kinds.get(iri)  # type: ignore[call-overload]
+        kind = kg.domain.classes.get(iri)  # type: ignore[call-overload]
         for start in kind.starts if kind else ():
             known = kg.value(entity, start.prop)
             if start.when == prop and value == Literal(True) and known is None:
@@ -128,10 +128,10 @@ def attribute_question(
     known, further = Names(), Names()
     if kind == "place":
         # No new place can be called as something is that is no place.
-        few = kg.few(kg.domain.kinds, MOST_SHOWN)
+        few = kg.few(kg.domain.classes, MOST_SHOWN)
         known = Names(kg.name(e) for e in few or () if not kg.is_a(e, [prop.range]))
         if few is None:
-            known = Names.of((), finder(kg, kg.domain.kinds, [prop.range]))
+            known = Names.of((), finder(kg, kg.domain.classes, [prop.range]))
             further = Names.of((), finder(kg, [prop.range]))
     return Question(
         kind,
@@ -156,7 +156,7 @@ def _form_of(
         return "attribute", yes_no(prevents), ""
     if prop.range in NUMBERS:
         return "value", (), NUMBERS[prop.range]
-    if prop.range not in kg.domain.kinds:
+    if prop.range not in kg.domain.classes:
         return "value", (), ""
     handy = sorted(
         places(kg, name, prop), key=lambda place: (-kg.named_in(place, MOST_FOUND), place)
@@ -177,12 +177,14 @@ def _follows(prop: Property) -> tuple[Follows, ...]:
 
 def places(kg: Kg, name: str, prop: Property) -> list[URIRef]:
     """Return where a thing can be: neither in itself, nor in the robot's hand."""
-    kinds = [k.iri for k in kg.domain.kinds.values() if prop.range in k.supers and not k.hand]
+    kinds = [
+        k.iri for k in kg.domain.classes.values() if prop.range in k.superclasses and not k.hand
+    ]
     found: set[Node] = set(kg.few(kinds, MOST_SHOWN) or ())
     if not found:  # too many to show: those where things of like names are
-        like = kg.likest(name, kg.domain.kinds, MOST_SHOWN)
+        like = kg.likest(name, kg.domain.classes, MOST_SHOWN)
         found = {p for e in like for by in kg.domain.locations for p in kg.facts.objects(e, by)}
-    hands = set(kg.instances(k.iri for k in kg.domain.kinds.values() if k.hand))
+    hands = set(kg.instances(k.iri for k in kg.domain.classes.values() if k.hand))
     found -= {*kg.find(name), *hands}
     return sorted(p for p in found if isinstance(p, URIRef) and kg.is_a(p, kinds))
 
@@ -208,7 +210,7 @@ def attribute_value(kg: Kg, prop: Property, answer: str) -> Node | None:
         return None
     if prop.range == XSD.boolean:
         return {YES: Literal(True), NO: Literal(False)}.get(answer)
-    if prop.range in kg.domain.kinds:
+    if prop.range in kg.domain.classes:
         found = [entity for entity in kg.find(answer) if kg.is_a(entity, [prop.range])]
         return found[0] if found else None
     value = Literal(sound(answer.strip()), datatype=prop.range)

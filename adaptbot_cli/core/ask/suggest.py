@@ -12,7 +12,7 @@ from rdflib import Literal, URIRef
 from rdflib.term import Node
 
 from adaptbot_cli.core.ask.questions import NO, YES, Question, Suggestion
-from adaptbot_cli.core.domain import Kind, Property
+from adaptbot_cli.core.domain import ItemClass, Property
 from adaptbot_cli.core.graph.terms import FALSE, TRUE, local
 from adaptbot_cli.core.names import normal, sentence_list, words
 from adaptbot_cli.core.scene import Scene
@@ -121,7 +121,7 @@ class Likely:
     is left out in turn, and `RIGHT` of the guesses must be.
     """
 
-    def __init__(self, name: str, kinds: Sequence[Kind], scene: Scene) -> None:
+    def __init__(self, name: str, kinds: Sequence[ItemClass], scene: Scene) -> None:
         self.name, self.kinds, self.scene = name, kinds, scene
         kg = scene.kg
         known = kg.likest(name, [kind.iri for kind in kinds], MOST)

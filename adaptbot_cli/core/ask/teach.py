@@ -16,7 +16,7 @@ from adaptbot_cli.core.ask.agenda import (
 )
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import ABSENT, EXISTS, NEW, OLD, Answer, Choice, Key, Question
-from adaptbot_cli.core.domain import Action, Kind
+from adaptbot_cli.core.domain import Action, ItemClass
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.robots import held_by_others
@@ -102,7 +102,7 @@ def _learn_alias(question: Question, answer: Answer, scene: Scene) -> Lesson | N
     return Lesson(delta, question, answer, sentence)
 
 
-def _taught(question: Question, answer: Answer, kind: Kind, scene: Scene) -> Lesson:
+def _taught(question: Question, answer: Answer, kind: ItemClass, scene: Scene) -> Lesson:
     delta = learning.existence(scene.kg, question.about, kind)
     return Lesson(delta, question, answer, f"there is {question.about} ({kind.label})")
 

@@ -65,10 +65,10 @@ def _reason(triple: Triple, kg: Kg) -> str:
         return "it is about something without an IRI of its own"
     if predicate in FACT_TERMS and not isinstance(value, Literal):
         return "a name must be a text"
-    kind = kg.domain.kinds.get(value) if predicate == RDF.type else None  # type: ignore[call-overload]
+    kind = kg.domain.classes.get(value) if predicate == RDF.type else None  # type: ignore[call-overload]
     if kind is None or not kg.classes(subject) or value in kg.classes(subject):
         return ""
-    narrower = not set(kg.facts.objects(subject, RDF.type)).isdisjoint(kind.supers)
+    narrower = not set(kg.facts.objects(subject, RDF.type)).isdisjoint(kind.superclasses)
     here = f"{local(subject)} is {a(kg.kind_label(subject))} here"
     return "" if narrower else f"{here}, and {a(kind.label)} there"
 
@@ -125,7 +125,7 @@ def _oddities(
         if subject == value:
             yield f"{short(subject)} {short(predicate)} names itself"
         own = URIRef(domain.namespace + local(value))
-        if predicate == RDF.type and value != own and own in domain.kinds:
+        if predicate == RDF.type and value != own and own in domain.classes:
             yield f"{short(subject)} is typed {short(value)}, not {short(own)}"
     for (subject, predicate), found in values.items():
         if len(found) > 1:

@@ -10,7 +10,7 @@ import pyoxigraph
 from rdflib import RDF, RDFS, URIRef, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, Kind
+from adaptbot_cli.core.domain import ActionIndex, Domain, Effect, ItemClass
 from adaptbot_cli.core.graph.clock import within
 from adaptbot_cli.core.graph.delta import Delta, UndoLog
 from adaptbot_cli.core.graph.index import BASE, FOLDED, WITHOUT_S, WORD, NameIndex, parted
@@ -142,8 +142,8 @@ class Kg:
         `strays` are these facts.
         """
         kg = cls(domain, store, domain.name_properties())
-        for kind in domain.kinds.values():
-            for parent in kind.supers[1:]:
+        for kind in domain.classes.values():
+            for parent in kind.superclasses[1:]:
                 store.add(_quad((kind.iri, RDFS.subClassOf, parent), SCHEMA))
         strays = (_move(store, predicate, kg.home_of(predicate)) for predicate in domain.properties)
         kg.strays = frozenset(fact for facts in strays for fact in facts)
@@ -326,7 +326,7 @@ class Kg:
             for thing, name in self._named(predicate):
                 named.add(thing)
                 yield thing, name
-        unnamed = (t for t in self.instances(self.domain.kinds) if str(t) not in named)
+        unnamed = (t for t in self.instances(self.domain.classes) if str(t) not in named)
         yield from ((str(thing), local(thing)) for thing in unnamed)
 
     def _named(self, predicate: URIRef) -> Iterator[tuple[str, str]]:
@@ -363,7 +363,7 @@ class Kg:
 
     def names_like(self, name: str, most: int = 300) -> list[str]:
         """Return all names of the `most` things that are worth comparing with a name."""
-        things = self._like(name, self.domain.kinds, most)
+        things = self._like(name, self.domain.classes, most)
         return [text for thing in things for text in self._every_name(thing)]
 
     def _like(self, name: str, classes: Iterable[Node], most: int) -> list[URIRef]:
@@ -407,7 +407,7 @@ class Kg:
     def classes(self, entity: Node) -> frozenset[Node]:
         """Return an entity's classes, superclasses included."""
         if entity not in self._known.classes:
-            found = (sup for kind in self._kinds(entity) for sup in kind.supers)
+            found = (sup for kind in self._kinds(entity) for sup in kind.superclasses)
             self._known.classes[entity] = frozenset(found)
         return self._known.classes[entity]
 
@@ -426,14 +426,14 @@ class Kg:
 
     def placed_by(self, thing: Node) -> set[URIRef]:
         """Return the properties that say where a thing is: those of its classes."""
-        kinds = (kind for kind in self.domain.kinds.values() if kind.iri in self.classes(thing))
+        kinds = (kind for kind in self.domain.classes.values() if kind.iri in self.classes(thing))
         return {kind.location_property for kind in kinds if kind.location_property is not None}
 
     def can_move(self, thing: Node) -> bool:
         """Tell whether some action brings a thing to another place."""
         return not self.domain.moved.isdisjoint(self.placed_by(thing))
 
-    def is_of(self, entity: Node, kind: Kind) -> bool:
+    def is_of(self, entity: Node, kind: ItemClass) -> bool:
         """Tell whether an entity is stated to be of this very kind."""
         return (entity, RDF.type, kind.iri) in self.facts
 
@@ -453,9 +453,9 @@ class Kg:
         """Return in a word what an entity is, from its class."""
         return next((kind.label for kind in self._kinds(entity)), "thing")
 
-    def _kinds(self, entity: Node) -> list[Kind]:
+    def _kinds(self, entity: Node) -> list[ItemClass]:
         stated = set(self.store.objects(entity, RDF.type))
-        found = (kind for kind in self.domain.kinds.values() if kind.iri in stated)
+        found = (kind for kind in self.domain.classes.values() if kind.iri in stated)
         return sorted(found, key=lambda kind: str(kind.iri))
 
     def instances(self, classes: Iterable[Node]) -> list[URIRef]:
@@ -479,8 +479,8 @@ class Kg:
         return sorted(self._like(name, wanted, most)) if few is None else few
 
     def _members(self, classes: frozenset[Node]) -> Iterator[str]:
-        for kind in self.domain.kinds.values():
-            if not classes.isdisjoint(kind.supers):
+        for kind in self.domain.classes.values():
+            if not classes.isdisjoint(kind.superclasses):
                 for quad in self.engine.quads_for_pattern(None, _TYPE, term_of(kind.iri), None):
                     if isinstance(quad.subject, pyoxigraph.NamedNode):
                         yield quad.subject.value

@@ -9,7 +9,7 @@ from typing import Any
 
 from rdflib import OWL, RDF, RDFS, XSD, URIRef
 
-from adaptbot_cli.core.domain import Action, Kind
+from adaptbot_cli.core.domain import Action, ItemClass
 from adaptbot_cli.core.graph.faults import Fault
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.sparql import mentions
@@ -27,7 +27,7 @@ def misnamed(kg: Kg) -> Iterator[Fault]:
 
     What a task's goal names and this home lacks is not among them: that is `lacking`.
     """
-    for kind in kg.domain.kinds.values():
+    for kind in kg.domain.classes.values():
         yield from _kind(kg, kind)
     yield from _properties(kg)
     for action in kg.domain.actions.values():
@@ -57,12 +57,12 @@ def _unknown(
     return at(problem, remedy, unknown=local(iri))
 
 
-def _kind(kg: Kg, kind: Kind) -> Iterator[Fault]:
+def _kind(kg: Kg, kind: ItemClass) -> Iterator[Fault]:
     at, properties = _at("domain.ttl", local(kind.iri)), kg.domain.properties
-    for above in kind.supers[1:]:
-        if above not in kg.domain.kinds and above != kind.iri:
+    for above in kind.superclasses[1:]:
+        if above not in kg.domain.classes and above != kind.iri:
             text = f"rdfs:subClassOf {local(above)} is no class of it"
-            yield _unknown(at, text, above, kg.domain.kinds, "declare it")
+            yield _unknown(at, text, above, kg.domain.classes, "declare it")
     names = (kind.name_property, kind.location_property)
     starts = (iri for start in kind.starts for iri in (start.prop, start.when))
     for iri in (*names, *kind.asks, *starts):
@@ -77,7 +77,7 @@ def _kind(kg: Kg, kind: Kind) -> Iterator[Fault]:
 
 
 def _properties(kg: Kg) -> Iterator[Fault]:
-    kinds = kg.domain.kinds
+    kinds = kg.domain.classes
     for prop in kg.domain.properties.values():
         at = _at("domain.ttl", local(prop.iri))
         if prop.domain and prop.domain not in kinds:
@@ -97,9 +97,9 @@ def _action(kg: Kg, action: Action) -> Iterator[Fault]:
     at = _at("actions.ttl", action.name)
     for parameter in action.parameters:
         for iri in parameter.classes:
-            if iri not in kg.domain.kinds:
+            if iri not in kg.domain.classes:
                 text = f"parameter {parameter.name}: {local(iri)} is no class of domain.ttl"
-                yield _unknown(at, text, iri, kg.domain.kinds, "declare it there")
+                yield _unknown(at, text, iri, kg.domain.classes, "declare it there")
         for query in (parameter.default, parameter.instead, parameter.of_product):
             yield from _query(kg, at, query, f"a query of parameter {parameter.name}")
     purposes = (action.purpose,) if action.purpose else ()
@@ -112,9 +112,9 @@ def _action(kg: Kg, action: Action) -> Iterator[Fault]:
 
 def _goal(kg: Kg, at: partial[Fault], goal: Goal, *, things: bool = True) -> Iterator[Fault]:
     for iri in map(URIRef, goal.classes):
-        if iri not in kg.domain.kinds:
+        if iri not in kg.domain.classes:
             text = f'ab:class {local(iri)} of "{goal.message}" is no class of domain.ttl'
-            yield _unknown(at, text, iri, kg.domain.kinds, "declare it there")
+            yield _unknown(at, text, iri, kg.domain.classes, "declare it there")
     actions = {action.iri: action.name for action in kg.domain.actions.values()}
     for iri in map(URIRef, sorted(goal.before)):
         if iri not in actions:
@@ -130,7 +130,7 @@ def _goal(kg: Kg, at: partial[Fault], goal: Goal, *, things: bool = True) -> Ite
 
 def unknown(kg: Kg, query: str) -> list[URIRef]:
     """Return the IRIs that a query names and neither domain.ttl nor any fact knows, sorted."""
-    known = {*kg.domain.properties, *kg.domain.kinds, kg.domain.agent, kg.domain.iri}
+    known = {*kg.domain.properties, *kg.domain.classes, kg.domain.agent, kg.domain.iri}
     return [
         iri
         for iri in sorted(mentions(query) - known)
@@ -147,7 +147,7 @@ def _query(
     for iri in unknown(kg, query):
         if iri not in things_in(query):
             text = f"{local(iri)} in {what} is not declared in domain.ttl"
-            known = (*kg.domain.properties, *kg.domain.kinds)
+            known = (*kg.domain.properties, *kg.domain.classes)
             yield _unknown(at, text, iri, known, "declare it there, or correct the name")
         elif things:
             here = {local(s) for s in kg.facts.subjects(RDF.type) if isinstance(s, URIRef)}

@@ -71,7 +71,7 @@ def _following(triple: Triple, gone: set[Triple], known: Known) -> set[Triple]:
 
 def _brought(subject: Node, predicate: Node, known: Known) -> Iterable[InitialState]:
     for _, _, kind in known.about(subject, RDF.type):
-        declared = known.domain.kinds.get(kind)  # type: ignore[call-overload]
+        declared = known.domain.classes.get(kind)  # type: ignore[call-overload]
         for start in declared.starts if declared else ():
             if start.when == predicate:
                 yield start
@@ -101,7 +101,7 @@ def _fits(triple: Triple, gone: frozenset[Triple], restored: set[Triple], known:
     prop = known.domain.properties.get(predicate)  # type: ignore[call-overload]
     if prop is None:
         return True
-    if prop.range in known.domain.kinds and not _there(value, gone, restored, known):
+    if prop.range in known.domain.classes and not _there(value, gone, restored, known):
         return False
     taken = known.about(subject, predicate) - gone
     return not (prop.functional and taken)

@@ -37,7 +37,7 @@ def acting_as(kg: Kg, name: str) -> Kg:
     wrong = next(hand_faults(kg, robot), None)
     if wrong is not None:
         raise UsageError(f"{kg.name(robot)} {wrong.problem}; {wrong.remedy} (docs/sharing.md)")
-    if not hand_properties(kg, robot) and any(k.hand for k in kg.domain.kinds.values()):
+    if not hand_properties(kg, robot) and any(k.hand for k in kg.domain.classes.values()):
         raise UsageError(
             f"the {kg.domain.name} pack does not say whose each hand is, so it has one robot only; "
             "docs/domains.md shows how it is said"
@@ -64,7 +64,7 @@ def _no_robot(kg: Kg, name: str) -> str:
 
 def hand_properties(kg: Kg, robot: Node) -> list[Property]:
     """Return the properties that say which hands are a robot's."""
-    kinds = kg.domain.kinds
+    kinds = kg.domain.classes
     found = (p for p in kg.domain.properties.values() if p.range in kinds and kinds[p.range].hand)
     return [prop for prop in found if kg.is_a(robot, [prop.domain])]
 
@@ -79,7 +79,7 @@ def hand_faults(kg: Kg, robot: Node) -> Iterator[Fault]:
         hands = kg.objects(robot, prop.iri)
         facts = [t for p in (RDF.type, prop.iri) for t in kg.facts.triples((robot, p, None))]
         if not hands and (robot != kg.domain.agent or next(kg.facts.subjects(prop.iri), None)):
-            remedy = f"give it {a(kg.domain.kinds[prop.range].label)} of its own"
+            remedy = f"give it {a(kg.domain.classes[prop.range].label)} of its own"
             yield fault_of(kg, robot, f"has no {named}", remedy, facts)
         for hand in hands:
             others = sorted(kg.name(s) for s in kg.facts.subjects(prop.iri, hand) if s != robot)

@@ -98,7 +98,7 @@ def _suspects(kg: Kg) -> set[Node]:
 
     The engine finds them; `_of` judges them. Time is in proportion to the facts.
     """
-    properties, kinds = kg.domain.properties.values(), kg.domain.kinds.values()
+    properties, kinds = kg.domain.properties.values(), kg.domain.classes.values()
     single = [RDF.type, *(prop.iri for prop in properties if prop.functional)]
     named = [(kind.iri, kind.name_property) for kind in kinds if kind.name_property]
     found = {
@@ -112,7 +112,7 @@ def _suspects(kg: Kg) -> set[Node]:
         )
         for (thing,) in _asked(kg, f"SELECT DISTINCT ?s WHERE {{ {query} }}")
     }
-    typed = [p.iri for p in properties if p.range not in (XSD.string, *kg.domain.kinds)]
+    typed = [p.iri for p in properties if p.range not in (XSD.string, *kg.domain.classes)]
     values = f"SELECT DISTINCT ?p ?o WHERE {{ VALUES ?p {{ {_n3(typed)} }} ?s ?p ?o }}"
     rows: Any = kg.facts.engine.query(values, use_default_graph_as_union=True)
     for prop, value in rows:
@@ -220,8 +220,8 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
             yield f"ab:{local(predicate)} means nothing among the facts", f"{terms} do"
         return
     if predicate == RDF.type:
-        if value not in kg.domain.kinds:
-            remedy = nearest_remedy(local(value), map(local, kg.domain.kinds), "declare it there")
+        if value not in kg.domain.classes:
+            remedy = nearest_remedy(local(value), map(local, kg.domain.classes), "declare it there")
             yield f"{local(value)} is no class of domain.ttl", remedy, local(value)
         return
     prop = kg.domain.properties.get(predicate)  # type: ignore[call-overload]
@@ -230,7 +230,7 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
         remedy = nearest_remedy(local(predicate), known, "declare it there as an rdf:Property")
         yield f"{local(predicate)} is not declared in domain.ttl", remedy, local(predicate)
         return
-    unclear = prop.domain not in kg.domain.kinds or _of_no_class(kg, subject)
+    unclear = prop.domain not in kg.domain.classes or _of_no_class(kg, subject)
     if prop.domain and not unclear and not kg.is_a(subject, [prop.domain]):
         wanted, found = a(kg.domain.label(prop.domain)), a(kg.kind_label(subject))
         text = f"{_called(prop)} is for {wanted}, not {found}"
@@ -240,7 +240,7 @@ def _misfit(kg: Kg, subject: Node, predicate: Node, value: Node) -> Iterator[tup
 
 def _of_no_class(kg: Kg, thing: Node) -> bool:
     """Whether a thing's class is unknown: that is one fault, not one more for each fact of it."""
-    return any(kind not in kg.domain.kinds for kind in kg.facts.objects(thing, RDF.type))
+    return any(kind not in kg.domain.classes for kind in kg.facts.objects(thing, RDF.type))
 
 
 def _called(prop: Property) -> str:
@@ -259,7 +259,7 @@ def _range(kg: Kg, prop: Property, value: Node) -> Iterator[tuple[str, str]]:
             yield f"{short} is not written as {wanted} is", remedy
         elif not is_value(value, prop.range):
             yield f"{short} must be {wanted}, not {local(value)}", remedy
-    elif prop.range not in kg.domain.kinds or _of_no_class(kg, value):
+    elif prop.range not in kg.domain.classes or _of_no_class(kg, value):
         return
     elif not isinstance(value, URIRef) or not kg.classes(value):
         known = kg.alike(local(value), [prop.range])
@@ -283,7 +283,7 @@ def _several_values(kg: Kg, about: Node, known: Facts) -> Iterator[Fault]:
 def _several_kinds(kg: Kg, about: Node, types: Sequence[Node]) -> Iterator[Fault]:
     """Things of two classes that a person teaches, neither of which is the other's superclass."""
     stated = [kind for kind in kg.domain.teachable if kind.iri in types]
-    others = [k for k in stated if not any(k.iri in o.supers for o in stated if o != k)]
+    others = [k for k in stated if not any(k.iri in o.superclasses for o in stated if o != k)]
     if len(others) > 1:
         text = f"is {' and '.join(a(kind.label) for kind in others)}"
         facts = [(about, RDF.type, kind.iri) for kind in others]
@@ -292,7 +292,7 @@ def _several_kinds(kg: Kg, about: Node, types: Sequence[Node]) -> Iterator[Fault
 
 def _unnamed(kg: Kg, about: Node, known: Facts, types: Sequence[Node]) -> Iterator[Fault]:
     predicates = {predicate for _, predicate, _ in known}
-    for kind in (kg.domain.kinds[iri] for iri in types if iri in kg.domain.kinds):  # type: ignore[index]
+    for kind in (kg.domain.classes[iri] for iri in types if iri in kg.domain.classes):  # type: ignore[index]
         if kind.name_property is not None and kind.name_property not in predicates:
             text = f"lacks its name, {local(kind.name_property)}"
             yield fault_of(kg, about, text, "add it", [(about, RDF.type, kind.iri)])

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from rdflib import RDF, RDFS, Graph, URIRef
 
-from adaptbot_cli.core.domain import Domain, Implication, InitialState, Kind, Property
+from adaptbot_cli.core.domain import Domain, Implication, InitialState, ItemClass, Property
 from adaptbot_cli.core.graph.faults import Fault
 from adaptbot_cli.core.graph.terms import AB, Triple, local
 from adaptbot_cli.core.names import normal
@@ -53,7 +53,7 @@ def examine_domain(sources: Sources) -> tuple[Domain, Notes]:
         quantifiers=frozenset(domain.texts(AB.quantifier)),
         part_words=frozenset(domain.texts(AB.partWord)),
         products=frozenset(domain.texts(AB.product)),
-        kinds=kinds,
+        classes=kinds,
         properties=properties,
         actions=read_actions(sources.actions, notes, properties, declared),
         tasks=tuple(dict.fromkeys(task for _, task in tasks)),
@@ -115,17 +115,17 @@ def _the_domain(graph: Graph, notes: Notes) -> EntryReader:
     return EntryReader.of(graph, "domain.ttl", AB.Domain, Notes())
 
 
-def _kind(entry: EntryReader) -> Kind:
-    supers = _supers(entry.graph, entry.node)
+def _kind(entry: EntryReader) -> ItemClass:
+    superclasses = _supers(entry.graph, entry.node)
     parents = set(entry.graph.objects(entry.node, RDFS.subClassOf))
-    if any(entry.node in _supers(entry.graph, above) for above in supers if above in parents):
-        text = " below ".join(local(iri) for iri in (*supers, entry.node))
+    if any(entry.node in _supers(entry.graph, above) for above in superclasses if above in parents):
+        text = " below ".join(local(iri) for iri in (*superclasses, entry.node))
         entry.note(f"is a class below itself: {text}", "take one rdfs:subClassOf away")
-    return Kind(
+    return ItemClass(
         iri=entry.node,
         label=entry.text(RDFS.label, local(entry.node)),
         comment=entry.text(RDFS.comment, ""),
-        supers=supers,
+        superclasses=superclasses,
         name_property=entry.maybe_iri(AB.nameProperty),
         location_property=entry.maybe_iri(AB.locationProperty),
         order=entry.number(AB.kindOrder),

@@ -15,8 +15,8 @@ from adaptbot_cli.core.refine.expand import expand
 from adaptbot_cli.core.refine.goals import check_goal
 from adaptbot_cli.core.refine.grounding import Sound, in_order, number, sentence, understand
 from adaptbot_cli.core.refine.repair import MOST_ROWS, Aim, aim, all_hold, complete, holds
-from adaptbot_cli.core.refine.walk import Walk
-from adaptbot_cli.core.report import Bound, Report
+from adaptbot_cli.core.refine.simulation import Simulation
+from adaptbot_cli.core.report import GroundAction, Report
 from adaptbot_cli.core.scene import Scene
 
 _OF_A_NAME = frozenset({"E101", "E201"})
@@ -60,41 +60,49 @@ def examine(parsed: Parsed, text: str, scene: Scene) -> Report:
     parsed = in_order(parsed, scene)
     calls = [written.call for written in parsed.calls]
     scene.notice(calls)
-    walk = Walk(scene.kg, scene.repair, _needed(calls, scene), bars=scene.bars)
+    simulation = Simulation(scene.kg, scene.repair, _needed(calls, scene), bars=scene.bars)
     with scene.kg.rehearsal():
         if scene.spoiled is None or not scene.done:
             scene.spoiled = _spoilers(scene)
         before = scene.spoiled
         for place, written in enumerate(parsed.calls):
-            walk.place = place
+            simulation.place = place
             meant = expand(written.call, scene)
             if not meant.calls:
-                walk.skip(written, meant.dropped)
+                simulation.skip(written, meant.dropped)
             for call in meant.calls:
                 sound = understand(call, scene)
                 if meant.change is not None:
                     sound = replace(sound, changes=(meant.change, *sound.changes))
                 later = islice(calls, place + 1, None)
-                why = _pointless(sound, later, walk, scene) if scene.repair else ""
-                walk.take(written, sound, why)
-        _put_right(walk, before, scene)
+                why = _pointless(sound, later, simulation, scene) if scene.repair else ""
+                simulation.take(written, sound, why)
+        _put_right(simulation, before, scene)
         if scene.repair:
-            _reach_goals(walk, scene)
-        checked = parsed.calls and not walk.tainted
+            _reach_goals(simulation, scene)
+        checked = parsed.calls and not simulation.tainted
         unmet, missing = check_goal(scene) if checked else ((), ())
-        walk.findings += _slipped_in(walk, scene)
-    absent = _unused(walk.bounds, parsed, scene)
+        simulation.findings += _slipped_in(simulation, scene)
+    absent = _unused(simulation.grounded, parsed, scene)
     seen = [finding.subject for finding in absent]
     unmet = tuple(f for f in unmet if f.subject not in seen)
-    found = [f.subject for f in walk.findings if f.code == "E201" and scene.requires(f.subject)]
-    findings = (*_of_the_request(scene), *parsed.findings, *_once(walk.findings), *absent, *unmet)
+    found = [
+        f.subject for f in simulation.findings if f.code == "E201" and scene.requires(f.subject)
+    ]
+    findings = (
+        *_of_the_request(scene),
+        *parsed.findings,
+        *_once(simulation.findings),
+        *absent,
+        *unmet,
+    )
     return Report(
         task=scene.task,
         text=text,
-        steps=tuple(walk.steps),
+        steps=tuple(simulation.steps),
         findings=tuple(dict.fromkeys(findings)),
-        bounds=tuple(walk.bounds),
-        deltas=tuple(walk.deltas),
+        grounded=tuple(simulation.grounded),
+        deltas=tuple(simulation.deltas),
         missing=tuple(dict.fromkeys((*found, *seen, *missing))),
         written=text_calls,
     )
@@ -116,28 +124,30 @@ def _of_the_request(scene: Scene) -> Iterable[Finding]:
             yield Finding("E505", f"{name} is asked for, and {why}", name)
 
 
-def _slipped_in(walk: Walk, scene: Scene) -> Iterable[Finding]:
+def _slipped_in(simulation: Simulation, scene: Scene) -> Iterable[Finding]:
     """The steps that deal with something excluded without naming it: by default, in a vessel; and
     those that do what the request excludes."""
     task = scene.task
     if not task.barred and not task.rules and not task.refused:
         return
-    found = {f.step for f in walk.findings if f.code == "E505"}
-    for n, (bound, delta) in enumerate(zip(walk.bounds, walk.deltas, strict=True), start=1):
-        action = bound.action.name if bound else ""
-        named = {"", *(scene.kg.name(v) for v in bound.values.values())} if bound else set()
-        taken = bound.action.visible[0].classes if bound and bound.action.visible else ()
+    found = {f.step for f in simulation.findings if f.code == "E505"}
+    for n, (ground, delta) in enumerate(
+        zip(simulation.grounded, simulation.deltas, strict=True), start=1
+    ):
+        action = ground.action.name if ground else ""
+        named = {"", *(scene.kg.name(v) for v in ground.values.values())} if ground else set()
+        taken = ground.action.visible[0].classes if ground and ground.action.visible else ()
         for refused, thing in task.refused:
             # What the action does not take itself it is done to in a vessel: eggs that are stirred.
             inside = not any(scene.kg.is_a(e, taken) for e in scene.kg.find(thing))
             if refused == action and (thing in named or inside):
                 text = f"the request excludes {action} {thing}".strip().replace("_", " ")
                 yield Finding("E505", text, action, step=n)
-        used = {*(bound.values.values() if bound else ())}
+        used = {*(ground.values.values() if ground else ())}
         used |= {node for s, _, o in delta.added for node in (s, o)}
         things = sorted(filter(None, {scene.excluded(node) for node in used}))
         if things and n not in found:
-            yield Finding("E505", things[0], walk.steps[n - 1].call.action, step=n)
+            yield Finding("E505", things[0], simulation.steps[n - 1].call.action, step=n)
 
 
 def _needed(calls: Sequence[Call], scene: Scene) -> dict[tuple[Node | None, Node], int]:
@@ -171,10 +181,10 @@ def _once(findings: Iterable[Finding]) -> Iterable[Finding]:
         yield replace(first, steps=tuple(places))
 
 
-def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) -> str:
+def _pointless(sound: Sound, later: Iterable[Call], simulation: Simulation, scene: Scene) -> str:
     """Why a step is not needed: what it is for holds already, or what it moves need not move."""
-    if sound.bound is not None:
-        return _left_there(sound.bound, walk, scene) or _served(sound.bound, scene)
+    if sound.ground is not None:
+        return _left_there(sound.ground, simulation, scene) or _served(sound.ground, scene)
     action = sound.action
     if action is None or not (action.fetches or action.purpose) or not sound.call.args:
         return ""
@@ -182,7 +192,7 @@ def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) ->
     text = "; ".join(finding.message for finding in sound.findings)
     if not moved or any(finding.code not in _OF_MOVING for finding in sound.findings):
         return ""
-    if action.purpose and not action.fetches and moved & walk.left_there:
+    if action.purpose and not action.fetches and moved & simulation.left_there:
         return f"{text}, so it stays where it is"
     why = f"{text}, and no later step moves it"
     for call in later:
@@ -191,7 +201,7 @@ def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) ->
             if any(named) and not why:
                 why = f"{text}, and it is used where it stands"
             continue
-        needless = _needless(text, understand(call, scene).bound, scene)
+        needless = _needless(text, understand(call, scene).ground, scene)
         known = resolve.action(call.action, scene).action
         if needless or known is None or not (known.fetches or known.purpose):
             return needless  # it does more than to move the thing
@@ -199,17 +209,17 @@ def _pointless(sound: Sound, later: Iterable[Call], walk: Walk, scene: Scene) ->
     return why if action.fetches else ""
 
 
-def _left_there(bound: Bound, walk: Walk, scene: Scene) -> str:
+def _left_there(ground: GroundAction, simulation: Simulation, scene: Scene) -> str:
     """Why something is not put down: it could not be picked up, and need not be."""
-    thing = next(iter(bound.values.values()), None)
-    if bound.action.purpose is None or thing not in walk.left_there:
+    thing = next(iter(ground.values.values()), None)
+    if ground.action.purpose is None or thing not in simulation.left_there:
         return ""
-    if all_hold(complete(bound, scene.kg), scene.kg):
+    if all_hold(complete(ground, scene.kg), scene.kg):
         return ""
     return f"{scene.kg.name(thing)} stays where it is"
 
 
-def _needless(text: str, following: Bound | None, scene: Scene) -> str:
+def _needless(text: str, following: GroundAction | None, scene: Scene) -> str:
     """Why what cannot be moved need not be: the step that follows can be done without."""
     if following is None:
         return ""
@@ -222,13 +232,13 @@ def _needless(text: str, following: Bound | None, scene: Scene) -> str:
     return ""
 
 
-def _served(bound: Bound, scene: Scene) -> str:
+def _served(ground: GroundAction, scene: Scene) -> str:
     """The sentence of an action's purpose, if it holds before the action is done."""
-    purpose = bound.action.purpose
+    purpose = ground.action.purpose
     if purpose is None:
         return ""
-    bound = complete(bound, scene.kg)
-    return sentence(purpose.message, bound, scene.kg) if holds(purpose, bound, scene.kg) else ""
+    ground = complete(ground, scene.kg)
+    return sentence(purpose.message, ground, scene.kg) if holds(purpose, ground, scene.kg) else ""
 
 
 def _spoilers(scene: Scene) -> set[tuple[int, Node]]:
@@ -241,7 +251,7 @@ def _spoilers(scene: Scene) -> set[tuple[int, Node]]:
     }
 
 
-def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
+def _put_right(simulation: Simulation, before: set[tuple[int, Node]], scene: Scene) -> None:
     """Undo at the end what the plan leaves in the wrong state, or warn of it.
 
     A goal that is met is not given up for that.
@@ -259,11 +269,11 @@ def _put_right(walk: Walk, before: set[tuple[int, Node]], scene: Scene) -> None:
             mentions(goal.query),
             {"item": node},
         )
-        if not walk.achieve([(right, message), *goals]):
-            walk.findings.append(Finding("W601", message, scene.kg.name(node)))
+        if not simulation.achieve([(right, message), *goals]):
+            simulation.findings.append(Finding("W601", message, scene.kg.name(node)))
 
 
-def _reach_goals(walk: Walk, scene: Scene) -> None:
+def _reach_goals(simulation: Simulation, scene: Scene) -> None:
     """Add the steps that bring a goal about, where the domain says what they may be about.
 
     What brings one about may undo another, which is brought about again then.
@@ -271,20 +281,20 @@ def _reach_goals(walk: Walk, scene: Scene) -> None:
     agent = {"agent": scene.domain.agent}
     goals = [goal for goal in (*scene.domain.goals, *scene.task.goals) if goal.about]
     for _ in range(_ROUNDS):
-        count = len(walk.steps)
+        count = len(simulation.steps)
         for goal in goals:
-            if walk.tainted or scene.kg.ask(goal.query, agent):
+            if simulation.tainted or scene.kg.ask(goal.query, agent):
                 continue
             for row in scene.kg.rows(goal.about, agent)[:MOST_ROWS]:
-                if walk.achieve([(aim(scene.kg, goal.query, agent, row), goal.message)]):
+                if simulation.achieve([(aim(scene.kg, goal.query, agent, row), goal.message)]):
                     break
-        if len(walk.steps) == count:
+        if len(simulation.steps) == count:
             break
 
 
-def _unused(bounds: Sequence[Bound | None], parsed: Parsed, scene: Scene) -> list[Finding]:
+def _unused(grounded: Sequence[GroundAction | None], parsed: Parsed, scene: Scene) -> list[Finding]:
     """Findings for the required items that no step of the plan names."""
-    entities = {value for bound in bounds if bound for value in bound.values.values()}
+    entities = {value for ground in grounded if ground for value in ground.values.values()}
     written = {normal(arg) for w in parsed.calls for arg in w.call.args}
     findings = []
     for name in scene.task.required:

@@ -27,18 +27,18 @@ def rehearsed(report: Report, kg: Kg) -> Outcome:
     scene = Scene(kg, report.task)
     deltas: list[Delta] = []
     with kg.rehearsal():
-        steps = zip(report.steps, report.bounds, strict=True)
-        for number, (step, bound) in enumerate(steps, start=1):
-            if bound is None:
+        steps = zip(report.steps, report.grounded, strict=True)
+        for number, (step, ground) in enumerate(steps, start=1):
+            if ground is None:
                 deltas.append(Delta())
                 continue
-            for condition in bound.action.conditions:
-                if not holds(condition, bound, kg):
-                    message = sentence(condition.message, bound, kg)
-                    name = bound.action.name
+            for condition in ground.action.conditions:
+                if not holds(condition, ground, kg):
+                    message = sentence(condition.message, ground, kg)
+                    name = ground.action.name
                     error = Finding("E401", message, name, step=number, line=step.line)
                     return Outcome(tuple(deltas), error)
-            perform(bound, kg)
+            perform(ground, kg)
             deltas += kg.changes(kg.mark - 1)
         unmet, missing = check_goal(scene)
     return Outcome(tuple(deltas), None, unmet, missing)

@@ -14,21 +14,21 @@ from adaptbot_cli.core.graph.terms import local
 from adaptbot_cli.core.names import a, normal
 from adaptbot_cli.core.plan import Call, Change, Finding, Parsed
 from adaptbot_cli.core.refine import resolve
-from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.report import GroundAction
 from adaptbot_cli.core.request.understand import doubtful
 from adaptbot_cli.core.scene import Scene
 
 
 @dataclass(frozen=True, slots=True)
 class Sound:
-    """A call as understood: what it is bound to, or the findings that prevent that.
+    """A call as understood: its ground action, or the findings that prevent one.
 
     `states` are states that the call's wording implies of its items; `dropped` is the name for
     whose sake the step is dropped, if it is; `action` what was meant, if that much is known.
     """
 
     call: Call
-    bound: Bound | None
+    ground: GroundAction | None
     changes: tuple[Change, ...] = ()
     findings: tuple[Finding, ...] = ()
     states: tuple[tuple[URIRef, URIRef], ...] = ()
@@ -69,7 +69,7 @@ def _without_aside(call: Call, action: Action, scene: Scene) -> tuple[Call, Chan
 
 def _argument_findings(call: Call, scene: Scene) -> Iterator[Finding]:
     """What is unknown among the arguments of an unknown action."""
-    things = tuple(scene.domain.kinds)
+    things = tuple(scene.domain.classes)
     for arg in call.args:
         if number(arg) is None:
             named = resolve.item(arg, things, scene)
@@ -126,16 +126,16 @@ def _bind(
     if lacking:
         text = f"{action.name} needs {' and '.join(lacking)} as well"
         findings.append(Finding("E102", text, action.name))
-    bound = Bound(action, values)
-    failing = attribute_findings(bound, scene.kg)
+    ground = GroundAction(action, values)
+    failing = attribute_findings(ground, scene.kg)
     findings += [_not_meant(f, found_changes, action, scene) for f in failing]
     # Nobody need say what an unknown name is that is excluded.
     asked = (f for f in findings if f.code != "E201" or not scene.excludes(f.subject))
-    once = tuple(dict.fromkeys((*_excluded(call, bound, scene), *asked)))
+    once = tuple(dict.fromkeys((*_excluded(call, ground, scene), *asked)))
     if once:
         return Sound(call, None, tuple(found_changes), once, action=action)
-    proper = render(bound, scene.kg)
-    return Sound(proper, bound, tuple(found_changes), states=tuple(states))
+    proper = render(ground, scene.kg)
+    return Sound(proper, ground, tuple(found_changes), states=tuple(states))
 
 
 def _not_meant(finding: Finding, changes: list[Change], action: Action, scene: Scene) -> Finding:
@@ -152,12 +152,12 @@ def _not_meant(finding: Finding, changes: list[Change], action: Action, scene: S
     return finding
 
 
-def _excluded(call: Call, bound: Bound, scene: Scene) -> Iterator[Finding]:
+def _excluded(call: Call, ground: GroundAction, scene: Scene) -> Iterator[Finding]:
     """What the request rules out among the things of a call, known or not."""
     for arg in call.args:
         if not scene.kg.find(arg) and scene.excludes(arg):
             yield Finding("E505", scene.excludes(arg), arg)
-    for value in bound.values.values():
+    for value in ground.values.values():
         name, why = scene.kg.name(value), scene.excluded(value)
         if why:
             yield Finding("E505", why, name)
@@ -261,27 +261,27 @@ def _no_value(arg: str, parameter: Parameter) -> Finding:
 
 
 def _wrong_kind(arg: str, entity: URIRef, parameter: Parameter, scene: Scene) -> Finding:
-    kinds = [scene.domain.kinds[c].label for c in parameter.classes if c in scene.domain.kinds]
+    kinds = [scene.domain.classes[c].label for c in parameter.classes if c in scene.domain.classes]
     name, label = scene.kg.name(entity), scene.kg.kind_label(entity)
     message = f"{name} is {a(label)}, not {a(' or '.join(kinds))}"
     near = resolve.near_items(arg, parameter.classes, scene)
     return Finding("E202", message, name, candidates=tuple(near))
 
 
-def attribute_findings(bound: Bound, kg: Kg) -> list[Finding]:
+def attribute_findings(ground: GroundAction, kg: Kg) -> list[Finding]:
     """Return the attribute requirements that do not hold, or are not known to hold."""
     findings = []
-    for need in bound.action.attributes:
-        entity = bound.values.get(need.of)
+    for need in ground.action.attributes:
+        entity = ground.values.get(need.of)
         if isinstance(entity, URIRef):
-            finding = _attribute(need, entity, bound, kg)
+            finding = _attribute(need, entity, ground, kg)
             findings += [finding] if finding else []
-    return findings or [*_with_another(bound, kg)] or [*_nowhere(bound, kg)]
+    return findings or [*_with_another(ground, kg)] or [*_nowhere(ground, kg)]
 
 
-def _with_another(bound: Bound, kg: Kg) -> Iterator[Finding]:
+def _with_another(ground: GroundAction, kg: Kg) -> Iterator[Finding]:
     """What another robot holds: that is out of reach."""
-    for thing in bound.values.values():
+    for thing in ground.values.values():
         fact = held_by_another(kg, thing) if isinstance(thing, URIRef) else None
         if fact is not None:
             robot, held = kg.name(fact[0]), kg.name(fact[2])
@@ -290,21 +290,23 @@ def _with_another(bound: Bound, kg: Kg) -> Iterator[Finding]:
             yield Finding("E402", f"{robot} holds {held}{within}", held, prop=prop)
 
 
-def _nowhere(bound: Bound, kg: Kg) -> Iterator[Finding]:
+def _nowhere(ground: GroundAction, kg: Kg) -> Iterator[Finding]:
     """What cannot be fetched, as nobody knows where it is."""
-    thing = next(iter(bound.values.values()), None) if bound.action.fetches else None
+    thing = next(iter(ground.values.values()), None) if ground.action.fetches else None
     props = kg.placed_by(thing) if thing else set()
     if isinstance(thing, URIRef) and props and all(kg.value(thing, p) is None for p in props):
         name = kg.name(thing)
         yield Finding("E301", f"it is not known where {name} is", name, prop=local(min(props)))
 
 
-def _attribute(need: AttributeRequirement, entity: URIRef, bound: Bound, kg: Kg) -> Finding | None:
+def _attribute(
+    need: AttributeRequirement, entity: URIRef, ground: GroundAction, kg: Kg
+) -> Finding | None:
     values = known_values(kg, entity, need.prop)
     if need.value in values or (need.assume and not values):
         return None
     if values:
-        message = sentence(need.message, bound, kg)
+        message = sentence(need.message, ground, kg)
         return Finding("E302", message, kg.name(entity), prop=local(need.prop))
     message = f"it is not known whether {kg.name(entity)} is {kg.domain.label(need.prop)}"
     return Finding("E301", message, kg.name(entity), prop=local(need.prop))
@@ -319,17 +321,17 @@ def known_values(kg: Kg, entity: URIRef, prop: URIRef) -> set[Node]:
     return {i.value for i in implied if (entity, i.prop, i.equals) in kg.facts}
 
 
-def sentence(message: str, bound: Bound, kg: Kg) -> str:
+def sentence(message: str, ground: GroundAction, kg: Kg) -> str:
     """Fill the names of a step's items into a message of the domain."""
-    names = {p.name: f"a {p.name}" for p in bound.action.parameters}
-    names |= {name: kg.name(value) for name, value in bound.values.items()}
+    names = {p.name: f"a {p.name}" for p in ground.action.parameters}
+    names |= {name: kg.name(value) for name, value in ground.values.items()}
     return message.format(**names)
 
 
-def render(bound: Bound, kg: Kg) -> Call:
-    """Write a bound action as a call with the home's own names."""
-    args = (_word(p, bound.values.get(p.name), kg) for p in bound.action.visible)
-    return Call(bound.action.name, tuple(arg for arg in args if arg is not None))
+def render(ground: GroundAction, kg: Kg) -> Call:
+    """Write a ground action as a call with the home's own names."""
+    args = (_word(p, ground.values.get(p.name), kg) for p in ground.action.visible)
+    return Call(ground.action.name, tuple(arg for arg in args if arg is not None))
 
 
 def _word(parameter: Parameter, value: Node | None, kg: Kg) -> str | None:

@@ -18,7 +18,7 @@ from adaptbot_cli.core.refine import resolve
 from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.refine.grounding import known_values, render, understand
 from adaptbot_cli.core.refine.repair import LONGEST_REPAIR, MOST_IN_ALL, MOST_ROWS, Search, aim
-from adaptbot_cli.core.report import Bound, Report
+from adaptbot_cli.core.report import GroundAction, Report
 from adaptbot_cli.core.scene import Scene
 
 _ROUNDS = 5
@@ -128,7 +128,7 @@ def _without_helpers(report: Report, scene: Scene) -> Iterator[tuple[int, Call]]
         for at, parameter in enumerate(known.visible[: len(call.args)] if known else ()):
             fewer = Call(call.action, (*call.args[:at], *call.args[at + 1 :]))
             free = parameter.default and not scene.requires(call.args[at])
-            if free and understand(fewer, scene).bound is not None:
+            if free and understand(fewer, scene).ground is not None:
                 yield n, fewer
                 break
 
@@ -195,7 +195,7 @@ def _goals(finding: Finding, scene: Scene) -> Iterator[tuple[Goal, URIRef | None
 
 def _first(
     goal: Goal, item: URIRef | None, report: Report, scene: Scene, search: Search
-) -> tuple[int, list[Bound]] | None:
+) -> tuple[int, list[GroundAction]] | None:
     """Find the first place in the plan from which few enough steps bring a goal about.
 
     An item goes in before the first step that works on what holds it then, as ab:before tells, but
@@ -203,13 +203,15 @@ def _first(
     a thing that the goal is about. Last comes the end.
     """
     kg = scene.kg
-    own = [n for n, b in enumerate(report.bounds) if b and item in b.values.values()]
+    own = [n for n, b in enumerate(report.grounded) if b and item in b.values.values()]
     with kg.rehearsal():
-        for n, (bound, delta) in enumerate(zip(report.bounds, report.deltas, strict=True)):
-            dealt = set(bound.values.values()) if bound else set()
+        for n, (ground, delta) in enumerate(zip(report.grounded, report.deltas, strict=True)):
+            dealt = set(ground.values.values()) if ground else set()
             if item is None:
                 kg.apply(delta)
-            elif not bound or n <= max(own, default=-1) or str(bound.action.iri) not in goal.before:
+            elif (
+                not ground or n <= max(own, default=-1) or str(ground.action.iri) not in goal.before
+            ):
                 dealt = set()
             place = n + 1 if item is None else n
             steps = _steps(goal, item, scene, search, dealt) if dealt else []
@@ -223,7 +225,7 @@ def _first(
 
 def _steps(
     goal: Goal, item: URIRef | None, scene: Scene, search: Search, dealt: set[Node] | None
-) -> list[Bound]:
+) -> list[GroundAction]:
     """The steps that bring a goal about now, with the first of the things that will do: those that
     a step has dealt with, if some are given."""
     kg = scene.kg
@@ -253,7 +255,12 @@ def _rows(goal: Goal, given: _Things, scene: Scene, dealt: set[Node] | None) -> 
 
 
 def _as_addition(
-    finding: Finding, place: int, steps: list[Bound], reason: str, report: Report, scene: Scene
+    finding: Finding,
+    place: int,
+    steps: list[GroundAction],
+    reason: str,
+    report: Report,
+    scene: Scene,
 ) -> _Addition:
     while place and place <= len(report.steps) and report.steps[place - 1].status == "inserted":
         place -= 1  # before the missing steps that were inserted for the step that follows
@@ -265,10 +272,10 @@ def _as_addition(
     return _Addition(finding, place, calls, f"{', '.join(doing)} {where}", reason, supposed)
 
 
-def _unknown(bound: Bound, scene: Scene) -> Iterator[Triple]:
+def _unknown(ground: GroundAction, scene: Scene) -> Iterator[Triple]:
     """The attributes that an action needs and that are not known, as it needs them."""
-    for need in bound.action.attributes:
-        entity = bound.values.get(need.of)
+    for need in ground.action.attributes:
+        entity = ground.values.get(need.of)
         if not isinstance(entity, URIRef) or need.assume:
             continue
         if not known_values(scene.kg, entity, need.prop):

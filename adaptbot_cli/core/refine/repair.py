@@ -15,7 +15,7 @@ from adaptbot_cli.core.graph.robots import held_by_another
 from adaptbot_cli.core.graph.sparql import mentions, ruled_out
 from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.refine.grounding import attribute_findings
-from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.report import GroundAction
 
 LONGEST_REPAIR = 6
 """How many missing steps are inserted for one need at most."""
@@ -72,9 +72,9 @@ def fact_aim(kg: Kg, fact: Triple) -> Aim:
     )
 
 
-def readings(bound: Bound, kg: Kg) -> Iterator[Bound]:
+def readings(ground: GroundAction, kg: Kg) -> Iterator[GroundAction]:
     """Give an action with the defaults of its missing parameters, those of the first rows first."""
-    missing = [p for p in bound.action.parameters if p.default and p.name not in bound.values]
+    missing = [p for p in ground.action.parameters if p.default and p.name not in ground.values]
 
     def fill(values: dict[str, Node], left: list[Parameter]) -> Iterator[dict[str, Node]]:
         if not left:
@@ -86,52 +86,52 @@ def readings(bound: Bound, kg: Kg) -> Iterator[Bound]:
         for value in free or found or (None,):
             yield from fill(values if value is None else {**values, left[0].name: value}, left[1:])
 
-    for values in fill(dict(bound.values), missing):
-        yield Bound(bound.action, values)
+    for values in fill(dict(ground.values), missing):
+        yield GroundAction(ground.action, values)
 
 
-def complete(bound: Bound, kg: Kg) -> Bound:
+def complete(ground: GroundAction, kg: Kg) -> GroundAction:
     """Return an action with its defaults filled in from the state at this point."""
-    return next(readings(bound, kg))
+    return next(readings(ground, kg))
 
 
-def holds(condition: Condition, bound: Bound, kg: Kg) -> bool:
+def holds(condition: Condition, ground: GroundAction, kg: Kg) -> bool:
     """Tell whether a condition of an action holds now."""
-    return kg.ask(condition.query, {"agent": kg.domain.agent, **bound.values})
+    return kg.ask(condition.query, {"agent": kg.domain.agent, **ground.values})
 
 
-def all_hold(bound: Bound, kg: Kg) -> bool:
+def all_hold(ground: GroundAction, kg: Kg) -> bool:
     """Tell whether every condition of an action holds now."""
-    return all(holds(condition, bound, kg) for condition in bound.action.conditions)
+    return all(holds(condition, ground, kg) for condition in ground.action.conditions)
 
 
-def needs_of(bound: Bound, kg: Kg) -> list[Aim]:
+def needs_of(ground: GroundAction, kg: Kg) -> list[Aim]:
     """Return the conditions of an action as aims."""
     return [
-        Aim(lambda c=c: holds(c, bound, kg), c.predicates, bound.values)  # type: ignore[misc]
-        for c in bound.action.conditions
+        Aim(lambda c=c: holds(c, ground, kg), c.predicates, ground.values)  # type: ignore[misc]
+        for c in ground.action.conditions
     ]
 
 
-def change_of(bound: Bound, kg: Kg) -> Delta:
+def change_of(ground: GroundAction, kg: Kg) -> Delta:
     """Return what an action would change now."""
-    return kg.delta(bound.action.effect, {"agent": kg.domain.agent, **bound.values})
+    return kg.delta(ground.action.effect, {"agent": kg.domain.agent, **ground.values})
 
 
-def perform(bound: Bound, kg: Kg) -> None:
+def perform(ground: GroundAction, kg: Kg) -> None:
     """Apply an action's effect."""
-    kg.apply(change_of(bound, kg))
+    kg.apply(change_of(ground, kg))
 
 
-def key_of(bound: Bound) -> Key:
+def key_of(ground: GroundAction) -> Key:
     """Return what makes two ground actions the same."""
-    return bound.action.name, tuple(sorted(bound.values.items()))
+    return ground.action.name, tuple(sorted(ground.values.items()))
 
 
-def is_done(bound: Bound, kg: Kg) -> bool:
+def is_done(ground: GroundAction, kg: Kg) -> bool:
     """Tell whether what an action brings about is so already."""
-    effect = bound.action.effect
-    return bool(effect and effect.inserts and not change_of(bound, kg))
+    effect = ground.action.effect
+    return bool(effect and effect.inserts and not change_of(ground, kg))
 
 
 @dataclass(slots=True)
@@ -173,7 +173,7 @@ class Search:
     _trail: list[Key] = field(default_factory=list)
     _ruled_out: dict[tuple[int, Key], bool] = field(default_factory=dict)
 
-    def achieve(self, *aims: Aim) -> list[Bound] | None:
+    def achieve(self, *aims: Aim) -> list[GroundAction] | None:
         """Return the steps that make all aims hold, or None if few enough cannot."""
         self.gave_up = False
         for freely in (False, True) if not self.freely else (True,):
@@ -182,7 +182,7 @@ class Search:
                 return found
         return None
 
-    def _deepen(self, aims: tuple[Aim, ...], freely: bool) -> list[Bound] | None:
+    def _deepen(self, aims: tuple[Aim, ...], freely: bool) -> list[GroundAction] | None:
         free, self.freely = self.freely, freely
         self.tries, self._start = 0, self.kg.mark
         try:
@@ -198,7 +198,9 @@ class Search:
         finally:
             self.freely = free
 
-    def _within(self, aims: tuple[Aim, ...], limit: int, top: bool = False) -> list[Bound] | None:
+    def _within(
+        self, aims: tuple[Aim, ...], limit: int, top: bool = False
+    ) -> list[GroundAction] | None:
         """Return steps that make all aims hold, the first found of `limit` or fewer, or None."""
         open_ = [aim for aim in aims if not aim.holds()]
         if not open_ and top:
@@ -209,11 +211,11 @@ class Search:
         if limit <= 0:
             self._cut = True
             return None
-        for bound in self._candidates(open_):
+        for ground in self._candidates(open_):
             if self._is_spent():
                 return None
             mark = self.kg.mark
-            steps = self._step(bound, limit - 1, open_)
+            steps = self._step(ground, limit - 1, open_)
             brings = steps and any(aim.holds() for aim in open_)
             if steps and (brings or (self.freely and self.kg.last_change())):
                 rest = self._within(aims, limit - len(steps), top)
@@ -238,39 +240,39 @@ class Search:
             self.kg.undo_to(mark)
         return lost
 
-    def _step(self, bound: Bound, limit: int, aims: list[Aim]) -> list[Bound] | None:
+    def _step(self, ground: GroundAction, limit: int, aims: list[Aim]) -> list[GroundAction] | None:
         """Do one action, with what it needs first, within `limit` more steps."""
-        key = key_of(bound)
-        if key in self._trail or self._excluded(key, bound):
+        key = key_of(ground)
+        if key in self._trail or self._excluded(key, ground):
             return None
         self.tries += 1
         self.left -= 1
         self._trail.append(key)
-        before = self._within(tuple(needs_of(bound, self.kg)), limit)
+        before = self._within(tuple(needs_of(ground, self.kg)), limit)
         self._trail.pop()
         if before is None:
             return None
-        perform(bound, self.kg)
-        return [*before, bound] if self.freely or self._changes_only(bound, aims) else None
+        perform(ground, self.kg)
+        return [*before, ground] if self.freely or self._changes_only(ground, aims) else None
 
-    def _excluded(self, key: Key, bound: Bound) -> bool:
+    def _excluded(self, key: Key, ground: GroundAction) -> bool:
         """Whether a step is ruled out: a longer search asks that again of every shorter one."""
         asked = (self.kg.state, key)
         if asked not in self._ruled_out:
-            barred = self.bars is not None and any(map(self.bars, bound.values.values()))
-            codes = {finding.code for finding in attribute_findings(bound, self.kg)}
+            barred = self.bars is not None and any(map(self.bars, ground.values.values()))
+            codes = {finding.code for finding in attribute_findings(ground, self.kg)}
             self.supposes |= "E301" in codes
             self._ruled_out[asked] = barred or bool(codes - ({"E301"} if self.supposing else set()))
         return self._ruled_out[asked]
 
-    def _changes_only(self, bound: Bound, aims: list[Aim]) -> bool:
+    def _changes_only(self, ground: GroundAction, aims: list[Aim]) -> bool:
         """Whether the last action changed nothing but what it was done to, and what it was done
         for: a missing step must not pour out what else a vessel holds."""
-        about = {self.kg.domain.agent, *bound.values.values()}
+        about = {self.kg.domain.agent, *ground.values.values()}
         about |= {value for aim in aims for value in aim.values.values()}
         return all(subject in about for subject, _, _ in self.kg.last_change())
 
-    def _candidates(self, aims: list[Aim]) -> Iterator[Bound]:
+    def _candidates(self, aims: list[Aim]) -> Iterator[GroundAction]:
         """Give the actions that may bring one of the aims about, first those that would do so at
         once if they could be done."""
         later = []
@@ -280,16 +282,16 @@ class Search:
             for action in self.kg.index.touching(aim.predicates, things):
                 if action.name == self.without:
                     continue
-                for bound in self._grounded(action, pool):
-                    if self._would_bring(bound, aim):
-                        yield bound
+                for ground in self._grounded(action, pool):
+                    if self._would_bring(ground, aim):
+                        yield ground
                     else:
-                        later.append(bound)
+                        later.append(ground)
         yield from later
 
-    def _would_bring(self, bound: Bound, aim: Aim) -> bool:
+    def _would_bring(self, ground: GroundAction, aim: Aim) -> bool:
         mark = self.kg.mark
-        perform(bound, self.kg)
+        perform(ground, self.kg)
         try:
             return aim.holds()
         finally:
@@ -304,17 +306,17 @@ class Search:
                 pool += self.kg.objects(thing, predicate)
         return list(dict.fromkeys(node for node in pool if isinstance(node, URIRef)))
 
-    def _grounded(self, action: Action, pool: list[Node]) -> Iterator[Bound]:
+    def _grounded(self, action: Action, pool: list[Node]) -> Iterator[GroundAction]:
         options = [self._options(parameter, pool) for parameter in action.parameters]
         seen = set()
         for chosen in product(*options):
             given = zip(action.parameters, chosen, strict=True)
             values = {p.name: node for p, node in given if node is not None}
-            for bound in islice(readings(Bound(action, values), self.kg), MOST_DEFAULTS):
-                whole = all(p.optional or p.name in bound.values for p in action.parameters)
-                if whole and key_of(bound) not in seen:
-                    seen.add(key_of(bound))
-                    yield bound
+            for ground in islice(readings(GroundAction(action, values), self.kg), MOST_DEFAULTS):
+                whole = all(p.optional or p.name in ground.values for p in action.parameters)
+                if whole and key_of(ground) not in seen:
+                    seen.add(key_of(ground))
+                    yield ground
 
     def _options(self, parameter: Parameter, pool: list[Node]) -> list[Any]:
         """What a parameter may stand for; None leaves it to its default."""

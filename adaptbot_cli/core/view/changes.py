@@ -184,7 +184,7 @@ class Words:
 
     def order(self, predicate: Node) -> tuple[int, str]:
         """Return what predicates are sorted by: kind, name, place, the rest by label."""
-        places = {kind.location_property for kind in self.domain.kinds.values()}
+        places = {kind.location_property for kind in self.domain.classes.values()}
         first = [predicate == RDF.type, predicate in self.domain.name_properties()]
         first.append(predicate in places)
         return (first.index(True) if True in first else 3, self.label(predicate))

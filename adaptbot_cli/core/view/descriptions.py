@@ -7,7 +7,7 @@ from typing import Any
 from rdflib import Literal, Variable
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter
+from adaptbot_cli.core.domain import Action, Domain, ItemClass, Parameter
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import FALSE, TRUE, local
 from adaptbot_cli.core.names import normal
@@ -124,14 +124,16 @@ def task(found: Task, domain: Domain) -> dict[str, Any]:
     }
 
 
-def kind(domain: Domain, found: Kind) -> dict[str, Any]:
+def kind(domain: Domain, found: ItemClass) -> dict[str, Any]:
     """Return a class with its comment and questions as a plain object."""
-    supers = [domain.kinds[iri].label for iri in found.supers[1:] if iri in domain.kinds]
+    superclasses = [
+        domain.classes[iri].label for iri in found.superclasses[1:] if iri in domain.classes
+    ]
     asked = [domain.properties[iri] for iri in found.asks if iri in domain.properties]
     return {
         "class": local(found.iri),
         "label": found.label,
         "about": found.comment,
-        "is_a": supers,
+        "is_a": superclasses,
         "asked": [{"property": local(p.iri), "label": p.label} for p in asked],
     }

@@ -6,7 +6,7 @@ from typing import Any
 from rdflib import RDF, Literal, URIRef
 from rdflib.term import Node
 
-from adaptbot_cli.core.domain import Kind
+from adaptbot_cli.core.domain import ItemClass
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.robots import robot_called
 from adaptbot_cli.core.graph.terms import STATES, local
@@ -88,10 +88,10 @@ def contents(kg: Kg, place: URIRef) -> list[URIRef]:
     return sorted(s for s in found if isinstance(s, URIRef))
 
 
-def everything(kg: Kg) -> list[tuple[Kind, list[Thing]]]:
+def everything(kg: Kg) -> list[tuple[ItemClass, list[Thing]]]:
     """Return every class that has members of its own, with them, in the domain's order."""
     groups = []
-    for kind in sorted(kg.domain.kinds.values(), key=lambda k: (k.order or 99, k.iri)):
+    for kind in sorted(kg.domain.classes.values(), key=lambda k: (k.order or 99, k.iri)):
         members = sorted(kg.facts.subjects(RDF.type, kind.iri), key=str)
         things = [thing(kg, entity) for entity in members if isinstance(entity, URIRef)]
         if things:
@@ -99,24 +99,24 @@ def everything(kg: Kg) -> list[tuple[Kind, list[Thing]]]:
     return groups
 
 
-def counts(kg: Kg) -> list[tuple[Kind, int]]:
+def counts(kg: Kg) -> list[tuple[ItemClass, int]]:
     """Return every class that has members of its own, with their number, in the domain's order."""
-    kinds = sorted(kg.domain.kinds.values(), key=lambda k: (k.order or 99, k.iri))
+    kinds = sorted(kg.domain.classes.values(), key=lambda k: (k.order or 99, k.iri))
     rows = kg.counted(_MEMBERS)
     counted = {row["kind"]: int(str(row["members"])) for row in rows if "kind" in row}
     return [(kind, counted[kind.iri]) for kind in kinds if kind.iri in counted]
 
 
-def kind_called(kg: Kg, name: str) -> Kind | None:
+def kind_called(kg: Kg, name: str) -> ItemClass | None:
     """Return the class of a name, by its IRI's end or its label."""
     wanted = {normal(name), normal(name).removesuffix("s")}
-    for kind in kg.domain.kinds.values():
+    for kind in kg.domain.classes.values():
         if {normal(local(kind.iri)), normal(kind.label)} & wanted:
             return kind
     return None
 
 
-def members(kg: Kg, kind: Kind) -> list[Thing]:
+def members(kg: Kg, kind: ItemClass) -> list[Thing]:
     """Return the things of a class and its subclasses, by name."""
     found = (thing(kg, entity) for entity in kg.instances([kind.iri]))
     return sorted(found, key=lambda t: t.name)
@@ -131,7 +131,7 @@ def near(kg: Kg, name: str, whatever: bool = False) -> list[str]:
     for action in kg.domain.actions.values():
         among |= {action.name, *action.aliases}
     if whatever:
-        kinds = kg.domain.kinds.values()
+        kinds = kg.domain.classes.values()
         among |= {local(kind.iri) for kind in kinds} | {kind.label for kind in kinds}
         among |= {task.name for task in kg.domain.tasks}
     return nearest(name, among)

@@ -12,9 +12,9 @@ from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.core.names import normal
-from adaptbot_cli.core.report import Bound, Outcome, Report
+from adaptbot_cli.core.report import GroundAction, Outcome, Report
 
-Kind = Literal["place", "state", "with", "gained", "lost", "carried", "used"]
+ItemClass = Literal["place", "state", "with", "gained", "lost", "carried", "used"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Event:
     """
 
     step: int
-    kind: Kind
+    kind: ItemClass
     what: tuple[str, ...]
     of: str = ""
 
@@ -96,11 +96,11 @@ def progress(report: Report, outcome: Outcome | None, kg: Kg) -> Progress:
     deltas = report.deltas if outcome is None else outcome.deltas
     trace = _Trace(kg, kg.domain.moved)
     taken: list[tuple[int, str]] = []
-    steps = zip(report.steps, report.bounds, deltas, strict=False)
-    for number, (step, bound, delta) in enumerate(steps, start=1):
-        if bound is not None and step.status != "finding":
+    steps = zip(report.steps, report.grounded, deltas, strict=False)
+    for number, (step, ground, delta) in enumerate(steps, start=1):
+        if ground is not None and step.status != "finding":
             taken.append((number, f"{step.call.action}({', '.join(step.call.args)})"))
-            trace.step(number, bound, delta)
+            trace.step(number, ground, delta)
     stopped = outcome.error.message if outcome is not None and outcome.error else ""
     if outcome is None and report.blocking:
         stopped = report.blocking[0].message
@@ -133,7 +133,7 @@ class _Trace:
             self.starts |= found
             self.places |= found if prop in self.locations else {}
 
-    def step(self, number: int, bound: Bound, delta: Delta) -> None:
+    def step(self, number: int, ground: GroundAction, delta: Delta) -> None:
         """Follow one step."""
         moves = self._moves(delta)
         before = dict(self.places)
@@ -143,7 +143,7 @@ class _Trace:
         self._contents(number, moves, before)
         self._together(number, moves)
         self._states(number, delta)
-        self._used(number, bound)
+        self._used(number, ground)
 
     def _moves(self, delta: Delta) -> dict[Node, Node]:
         """Note where things have moved: to a place, or to the robot that holds them."""
@@ -210,18 +210,23 @@ class _Trace:
             return label if value.value else f"no longer {label}"
         return f"{label}: {self.kg.name(value) if isinstance(value, URIRef) else value}"
 
-    def _used(self, number: int, bound: Bound) -> None:
-        for thing in dict.fromkeys(bound.values.values()):
+    def _used(self, number: int, ground: GroundAction) -> None:
+        for thing in dict.fromkeys(ground.values.values()):
             shown = any(event.step == number for event in self.events.get(thing, ()))
             if isinstance(thing, URIRef) and not shown and self.kg.can_move(thing):
-                self._add(thing, Event(number, "used", (bound.action.name,)))
+                self._add(thing, Event(number, "used", (ground.action.name,)))
 
     def _inside(self, place: Node) -> list[Node]:
         found = (thing for thing, where in self.places.items() if where == place)
         return sorted(found, key=str)
 
     def _note(
-        self, number: int, thing: Node, kind: Kind, what: Sequence[Node], of: Node | None = None
+        self,
+        number: int,
+        thing: Node,
+        kind: ItemClass,
+        what: Sequence[Node],
+        of: Node | None = None,
     ) -> None:
         names = tuple(self.kg.name(node) for node in what)
         self._add(thing, Event(number, kind, names, self.kg.name(of) if of is not None else ""))

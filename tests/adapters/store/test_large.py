@@ -74,7 +74,7 @@ def test_a_large_home_is_read_once_and_known_from_its_copy_then(cache: Path) -> 
     assert (first.size(), second.size()) == (plain.size(), (7, 8))
     for name in ("egg", "Cutting Board", "eggs", "chopping_board", "nothing"):
         assert first.find(name) == second.find(name) == plain.find(name)
-        assert second.alike(name, plain.domain.kinds) == plain.alike(name, plain.domain.kinds)
+        assert second.alike(name, plain.domain.classes) == plain.alike(name, plain.domain.classes)
 
 
 def test_what_is_tried_or_learned_on_a_copy_changes_no_copy(cache: Path) -> None:

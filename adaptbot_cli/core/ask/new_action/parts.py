@@ -27,7 +27,7 @@ from adaptbot_cli.core.ask.new_action.draft import (
     unprefixed,
 )
 from adaptbot_cli.core.ask.questions import UNKNOWN, Choice, Question
-from adaptbot_cli.core.domain import Action, Domain, Kind, Parameter, Property
+from adaptbot_cli.core.domain import Action, Domain, ItemClass, Parameter, Property
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.sparql import variables
 from adaptbot_cli.core.graph.terms import FALSE, TRUE, Triple, local
@@ -181,8 +181,8 @@ def _fits(parameter: Parameter, source: Parameter, domain: Domain) -> bool:
 
 def _is(parameter: Parameter, classes: Sequence[URIRef], domain: Domain) -> bool:
     """Whether everything that a parameter takes belongs to one of some classes."""
-    kinds = [domain.kinds[iri] for iri in parameter.classes if iri in domain.kinds]
-    return bool(kinds) and all(set(kind.supers) & set(classes) for kind in kinds)
+    kinds = [domain.classes[iri] for iri in parameter.classes if iri in domain.classes]
+    return bool(kinds) and all(set(kind.superclasses) & set(classes) for kind in kinds)
 
 
 def taking(draft: Draft, call: Call, kg: Kg) -> Draft:
@@ -199,13 +199,13 @@ def taking(draft: Draft, call: Call, kg: Kg) -> Draft:
     return replace(draft, parameters=tuple(parameters))
 
 
-def _is_taken(parameter: Parameter, kind: Kind | None) -> bool:
+def _is_taken(parameter: Parameter, kind: ItemClass | None) -> bool:
     if kind is None:
         return parameter.datatype is not None
-    return bool(set(kind.supers) & set(parameter.classes))
+    return bool(set(kind.superclasses) & set(parameter.classes))
 
 
-def kind_of(name: str, kg: Kg) -> Kind | None:
+def kind_of(name: str, kg: Kg) -> ItemClass | None:
     """Return the kind of a known thing; of an unknown one, the kind that the domain asks for first.
 
     A number has none.
@@ -217,7 +217,7 @@ def kind_of(name: str, kg: Kg) -> Kind | None:
     return None if number(name) else kg.domain.teachable[0]
 
 
-def parameter_of(kind: Kind | None, others: Sequence[Parameter], kg: Kg) -> Parameter:
+def parameter_of(kind: ItemClass | None, others: Sequence[Parameter], kg: Kg) -> Parameter:
     """Return a parameter that takes things of a kind, or a number, by the domain's usual name."""
     taken = {p.name for p in others}
     base = "number" if kind is None else _usual_name(kind, kg)
@@ -228,7 +228,7 @@ def parameter_of(kind: Kind | None, others: Sequence[Parameter], kg: Kg) -> Para
     return Parameter(name, (kind.iri,))
 
 
-def _usual_name(kind: Kind, kg: Kg) -> str:
+def _usual_name(kind: ItemClass, kg: Kg) -> str:
     """What the domain's actions mostly call what takes just this kind."""
     names = Counter(
         parameter.name

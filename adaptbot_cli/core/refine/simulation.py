@@ -33,11 +33,11 @@ from adaptbot_cli.core.refine.repair import (
     perform,
     readings,
 )
-from adaptbot_cli.core.report import Bound
+from adaptbot_cli.core.report import GroundAction
 
 
 @dataclass(slots=True)
-class Walk:
+class Simulation:
     """The plan as far as it has been rehearsed; `place` is that of the written call at hand,
     `left_there` are things that cannot be picked up and need not be. Without `repair` no step is
     inserted. `needed` tells up to which place the plan's own steps need facts of a thing (None: of
@@ -48,7 +48,7 @@ class Walk:
     repair: bool = True
     needed: Mapping[tuple[Node | None, Node], int] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
-    bounds: list[Bound | None] = field(default_factory=list)
+    grounded: list[GroundAction | None] = field(default_factory=list)
     deltas: list[Delta] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     tainted: set[Node] = field(default_factory=set)
@@ -73,10 +73,10 @@ class Walk:
         elif sound.dropped:
             why = f"{_reason(sound.dropped, self.kg)}, and it is not required"
             self._add(replace(step, status="dropped", reason=why), None)
-        elif sound.bound is None:
+        elif sound.ground is None:
             self._unsound(step, sound)
         else:
-            self._sound(step, sound, sound.bound)
+            self._sound(step, sound, sound.ground)
 
     def _pointless(self, step: Step, sound: Sound, reason: str) -> None:
         """Leave out a step that is not needed; if it could not be done either, say so."""
@@ -93,12 +93,12 @@ class Walk:
         message = "; ".join(f.message for f in sound.findings)
         self._add(replace(step, status="finding", codes=codes, reason=message), None)
 
-    def _sound(self, step: Step, sound: Sound, bound: Bound) -> None:
+    def _sound(self, step: Step, sound: Sound, ground: GroundAction) -> None:
         """Take a step that is understood, with the first things for which it can be done."""
         start, count = self.kg.mark, len(self.steps)
-        first: tuple[Bound, list[Finding]] | None = None
+        first: tuple[GroundAction, list[Finding]] | None = None
         again = False
-        for reading in islice(readings(bound, self.kg), MOST_DEFAULTS if self.repair else 1):
+        for reading in islice(readings(ground, self.kg), MOST_DEFAULTS if self.repair else 1):
             if first is not None:
                 self._back_to(start, count)
                 again = True
@@ -124,41 +124,41 @@ class Walk:
             problems = self._problems(reading, sound)  # with the steps that some of its needs have
         self._do(step, sound, reading, False, problems)
 
-    def _problems(self, bound: Bound, sound: Sound) -> list[Finding]:
-        problems = attribute_findings(bound, self.kg) + list(self._no_default(bound))
-        return problems or list(self._unmet(bound, sound))
+    def _problems(self, ground: GroundAction, sound: Sound) -> list[Finding]:
+        problems = attribute_findings(ground, self.kg) + list(self._no_default(ground))
+        return problems or list(self._unmet(ground, sound))
 
     def _do(
         self,
         step: Step,
         sound: Sound,
-        bound: Bound,
+        ground: GroundAction,
         tainted: bool,
         problems: Sequence[Finding] = (),
     ) -> None:
-        advice = () if tainted else tuple(self._advice(bound))
+        advice = () if tainted else tuple(self._advice(ground))
         status: Status = "finding" if problems else "changed" if sound.changes else "ok"
         self._note([*problems, *advice], step)
         codes = tuple(dict.fromkeys(f.code for f in (*problems, *advice)))
         reason = "; ".join(f.message for f in (*problems, *advice))
         mark = self.kg.mark
-        if not problems and (not tainted or all_hold(bound, self.kg)):
-            perform(bound, self.kg)
-        self._add(replace(step, status=status, codes=codes, reason=reason), bound, mark)
+        if not problems and (not tainted or all_hold(ground, self.kg)):
+            perform(ground, self.kg)
+        self._add(replace(step, status=status, codes=codes, reason=reason), ground, mark)
         for fact in self.deltas[-1].added:
             self._achieved[fact] = len(self.steps)
 
-    def _done_before(self, bound: Bound, step: Step) -> bool:
+    def _done_before(self, ground: GroundAction, step: Step) -> bool:
         """Whether a repair has moved this step to an earlier place, where it has been done."""
-        reason = self._early.get(key_of(bound))
-        if reason is None or not is_done(bound, self.kg):
+        reason = self._early.get(key_of(ground))
+        if reason is None or not is_done(ground, self.kg):
             return False
         self._add(replace(step, status="dropped", reason=f"done before: {reason}"), None)
         return True
 
     def _back_to(self, mark: int, count: int) -> None:
         self.kg.undo_to(mark)
-        del self.steps[count:], self.bounds[count:], self.deltas[count:]
+        del self.steps[count:], self.grounded[count:], self.deltas[count:]
 
     def _kept(self) -> frozenset[Triple]:
         """The states that the plan's steps have brought about: a repair may not undo them.
@@ -175,57 +175,57 @@ class Walk:
             and fact in self.kg.facts
         )
 
-    def _advice(self, bound: Bound) -> Iterator[Finding]:
-        for condition in bound.action.advises:
-            if not holds(condition, bound, self.kg):
-                message = sentence(condition.message, bound, self.kg)
-                steps = self._suggested(condition, bound)
-                yield Finding("W602", message, bound.action.name, candidates=steps)
+    def _advice(self, ground: GroundAction) -> Iterator[Finding]:
+        for condition in ground.action.advises:
+            if not holds(condition, ground, self.kg):
+                message = sentence(condition.message, ground, self.kg)
+                steps = self._suggested(condition, ground)
+                yield Finding("W602", message, ground.action.name, candidates=steps)
 
-    def _suggested(self, condition: Condition, bound: Bound) -> tuple[str, ...]:
+    def _suggested(self, condition: Condition, ground: GroundAction) -> tuple[str, ...]:
         """The missing steps that would have made sense of a step, for the person to judge."""
         if not condition.about:
             return ()
-        for row in self.kg.rows(condition.about, bound.values)[:MOST_ROWS]:
-            wanted = aim(self.kg, condition.query, bound.values, {**bound.values, **row})
+        for row in self.kg.rows(condition.about, ground.values)[:MOST_ROWS]:
+            wanted = aim(self.kg, condition.query, ground.values, {**ground.values, **row})
             mark = self.kg.mark
-            steps = Search(self.kg, without=bound.action.name, bars=self.bars).achieve(wanted)
+            steps = Search(self.kg, without=ground.action.name, bars=self.bars).achieve(wanted)
             calls = tuple(render(step, self.kg).render() for step in steps or ())
             self.kg.undo_to(mark)
             if calls:
                 return calls
         return ()
 
-    def _no_default(self, bound: Bound) -> Iterator[Finding]:
-        asked = {name for c in bound.action.conditions for name in variables(c.query)}
-        for parameter in bound.action.parameters:
-            if parameter.default and parameter.name in asked - bound.values.keys():
+    def _no_default(self, ground: GroundAction) -> Iterator[Finding]:
+        asked = {name for c in ground.action.conditions for name in variables(c.query)}
+        for parameter in ground.action.parameters:
+            if parameter.default and parameter.name in asked - ground.values.keys():
                 kinds = map(self.kg.domain.label, parameter.classes)
                 what = f"{' or '.join(kinds)} here that can serve as {parameter.name}"
-                yield Finding("E401", f"there is no {what}", bound.action.name)
+                yield Finding("E401", f"there is no {what}", ground.action.name)
 
-    def _unmet(self, bound: Bound, sound: Sound) -> Iterator[Finding]:
+    def _unmet(self, ground: GroundAction, sound: Sound) -> Iterator[Finding]:
         """Achieve all that the step needs, together; yield a finding for each need left open."""
-        effect = bound.action.effect
+        effect = ground.action.effect
         needs: list[tuple[Aim, str]] = []
         for entity, prop in sound.states:
             if not effect or prop not in effect.predicates:  # else the step itself brings it about
                 text = f"{self.kg.name(entity)} must be {self.kg.domain.label(prop)} by then"
                 needs.append((fact_aim(self.kg, (entity, prop, TRUE)), text))
-        messages = (sentence(c.message, bound, self.kg) for c in bound.action.conditions)
-        needs += zip(needs_of(bound, self.kg), messages, strict=True)
-        if self.achieve(needs, bound):
+        messages = (sentence(c.message, ground, self.kg) for c in ground.action.conditions)
+        needs += zip(needs_of(ground, self.kg), messages, strict=True)
+        if self.achieve(needs, ground):
             return
         for wanted, message in needs:  # those that can be met by themselves, to tell the others
-            self.achieve([(wanted, message)], bound)
+            self.achieve([(wanted, message)], ground)
         for wanted, message in needs:
             if not wanted.holds():
                 text = (
                     f"{message}; the search was given up at its limit" if self.gave_up else message
                 )
-                yield Finding("E401", text, bound.action.name)
+                yield Finding("E401", text, ground.action.name)
 
-    def achieve(self, needs: Sequence[tuple[Aim, str]], before: Bound | None = None) -> bool:
+    def achieve(self, needs: Sequence[tuple[Aim, str]], before: GroundAction | None = None) -> bool:
         """Insert the steps that make all of some needs hold, if there are any such steps.
 
         They do not undo what the plan has come to so far, unless nothing else helps: then a warning
@@ -259,23 +259,23 @@ class Walk:
         self.insert(inserted, "; ".join(dict.fromkeys(open_)), mark)
         return True
 
-    def insert(self, inserted: Sequence[Bound], reason: str, mark: int) -> None:
+    def insert(self, inserted: Sequence[GroundAction], reason: str, mark: int) -> None:
         """Add steps that a repair has found and performed since `mark`."""
-        for offset, bound in enumerate(inserted):
-            call = render(bound, self.kg)
+        for offset, ground in enumerate(inserted):
+            call = render(ground, self.kg)
             step = Step(call, status="inserted", reason=reason)
-            self._add(step, bound, mark + offset, mark + offset + 1)
-            self._early[key_of(bound)] = reason
+            self._add(step, ground, mark + offset, mark + offset + 1)
+            self._early[key_of(ground)] = reason
 
     def _note(self, findings: Iterable[Finding], step: Step) -> None:
         number = len(self.steps) + 1
         self.findings += [replace(f, step=number, line=step.line) for f in findings]
 
     def _add(
-        self, step: Step, bound: Bound | None, start: int = -1, end: int | None = None
+        self, step: Step, ground: GroundAction | None, start: int = -1, end: int | None = None
     ) -> None:
         self.steps.append(step if step.source is None else replace(step, place=self.place))
-        self.bounds.append(bound)
+        self.grounded.append(ground)
         changes = self.kg.changes(start, end) if start >= 0 else []
         self.deltas.append(changes[0] if changes else Delta())
         for fact in self.deltas[-1].removed:
