@@ -145,7 +145,7 @@ ASKING = Consent()
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class LimitOptions:
     """The options that limit what a run may take of a model."""
 
     timeout: TimeoutOption = None
@@ -158,7 +158,7 @@ class Limits:
     ] = None
 
 
-UNLIMITED = Limits()
+UNLIMITED = LimitOptions()
 
 
 def workspace(option: Path | None) -> "Workspace":

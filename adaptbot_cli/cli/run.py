@@ -17,7 +17,7 @@ from adaptbot_cli.cli.common import (
     AnswersOption,
     ApiBaseOption,
     JsonOption,
-    Limits,
+    LimitOptions,
     Place,
     RequiresOption,
     RobotOption,
@@ -59,7 +59,7 @@ def run(
         model_option(metavar="NAME", help="Any litellm model; `local`: on board; `library`: none."),
     ] = None,
     api_base: ApiBaseOption = None,
-    limits: Limits = UNLIMITED,
+    limits: LimitOptions = UNLIMITED,
     temperature: Annotated[
         float | None, model_option(min=0, max=2, help="How freely the model answers (0).")
     ] = None,

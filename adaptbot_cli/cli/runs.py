@@ -12,7 +12,7 @@ from adaptbot_cli.cli.common import (
     FINDINGS,
     UNLIMITED,
     JsonOption,
-    Limits,
+    LimitOptions,
     WorkspaceOption,
     console,
     domain_name,
@@ -283,7 +283,7 @@ def resume(
             autocompletion=completion.runs,
         ),
     ] = "",
-    given: Limits = UNLIMITED,
+    given: LimitOptions = UNLIMITED,
     json: JsonOption = False,
     workspace_dir: WorkspaceOption = None,
 ) -> int:

@@ -375,7 +375,7 @@ def _teach(
     """Learn the answer unchecked for contradictions: the world has just refuted the belief."""
     run.asked[question.key] = (question, answer)
     for lesson in teach.lessons(question, answer, report, run.scene, run.asked):
-        teach.take(lesson, run.scene)
+        teach.accept(lesson, run.scene)
         run.lessons.append(lesson)
         yield Learned(lesson)
 

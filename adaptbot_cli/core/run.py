@@ -199,8 +199,8 @@ def as_edited(run: Run, text: str) -> str:
     return text
 
 
-def forget_all(run: Run) -> None:
+def retract_all(run: Run) -> None:
     """Retract everything that a run has learned."""
     for lesson in reversed((*run.once, *run.lessons)):
-        teach.forget(lesson, run.scene)
+        teach.retract(lesson, run.scene)
     run.lessons, run.once = [], []

@@ -36,9 +36,9 @@ from adaptbot_cli.core.run import (
     Plans,
     Policy,
     Run,
-    forget_all,
     look_at,
     propose,
+    retract_all,
 )
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Executed, Propose, Turn, Understood
@@ -89,13 +89,13 @@ def pursue(
             report, outcome = yield from journal.play(algorithm(run, replans))
             break
         except GoBack as back:
-            forget_all(run)
+            retract_all(run)
             journal.reopen(back.to)
             usage = replace(run.usage, questions=0)
     if plans != "none":
         yield from keep_plan(run, report, outcome, plans)
     run.lessons = []
-    forget_all(run)  # what held this once
+    retract_all(run)  # what held this once
     return Result(
         report,
         outcome,

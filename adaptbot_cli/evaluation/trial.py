@@ -177,7 +177,7 @@ class Basis:
         kg = Kg.load(self._first.domain, *self._facts)
         scene = Scene(kg, Task(""))
         for lesson in carried:
-            teach.take(lesson, scene)
+            teach.accept(lesson, scene)
         return kg
 
 

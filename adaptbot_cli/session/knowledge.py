@@ -105,10 +105,10 @@ class Home:
         """Names and labels, as they are now and as the bundled domain had them."""
         domain, pack = self.kg.domain, Words.of(self.kg.domain, self.pack)
         here = Words.of(domain, self._of_actions)
-        return Words(domain, ChainMap(_Names(self.kg), here.names, pack.names))  # type: ignore[arg-type]
+        return Words(domain, ChainMap(_LazyNames(self.kg), here.names, pack.names))  # type: ignore[arg-type]
 
 
-class _Names(Mapping["Node", str]):
+class _LazyNames(Mapping["Node", str]):
     """The names of a graph's things, looked up one by one."""
 
     def __init__(self, kg: Kg) -> None:

@@ -50,51 +50,51 @@ MOVES = st.lists(
 @given(MOVES)
 def test_what_is_read_is_what_the_line_comes_to(moves: list) -> None:
     store = Held()
-    line = UndoLog(store.write)
+    log = UndoLog(store.write)
     past: list[set[Triple]] = [set()]
     for move, value in moves:
         if move == "take":
             delta = toggled(past[-1], value)
-            line.take(delta)
+            log.append(delta)
             past.append((past[-1] - delta.removed) | delta.added)
         elif move == "back":
-            line.back_to(value)
+            log.back_to(value)
             del past[value + 1 :]
         elif move == "keep":
-            line.keep()
+            log.keep()
             past = past[-1:]
         else:
-            line.settle()
+            log.settle()
             assert store.triples == past[-1]
-    line.settle()
+    log.settle()
     assert store.triples == past[-1]
 
 
 def test_the_same_changes_lead_to_the_same_state_and_are_not_written_again() -> None:
     store = Held()
-    line = UndoLog(store.write)
+    log = UndoLog(store.write)
     one, two = toggled(set(), {1}), toggled({triple(1)}, {2})
-    line.take(one)
-    line.take(two)
-    line.settle()
-    there = line.state
-    line.back_to(0)
-    assert line.state != there
-    line.take(one)
-    line.take(two)
-    line.settle()
-    assert line.state == there
+    log.append(one)
+    log.append(two)
+    log.settle()
+    there = log.state
+    log.back_to(0)
+    assert log.state != there
+    log.append(one)
+    log.append(two)
+    log.settle()
+    assert log.state == there
     assert store.writes == 2
 
 
 def test_states_never_share_a_number_even_after_what_was_kept() -> None:
-    line = UndoLog(Held().write)
-    seen = {line.state}
+    log = UndoLog(Held().write)
+    seen = {log.state}
     for number in range(4):
-        line.take(toggled(set(), {number}))
-        line.keep()
-        assert line.state not in seen
-        seen.add(line.state)
+        log.append(toggled(set(), {number}))
+        log.keep()
+        assert log.state not in seen
+        seen.add(log.state)
 
 
 class Engine:
@@ -110,7 +110,7 @@ class Engine:
             self.triples.add(each)
 
 
-def interrupted(line: UndoLog, at: int) -> bool:
+def interrupted(log: UndoLog, at: int) -> bool:
     """Settle, with Ctrl-C before the line of code `at` is run; whether it came to that."""
     left = at
 
@@ -127,7 +127,7 @@ def interrupted(line: UndoLog, at: int) -> bool:
     before = sys.gettrace()
     sys.settrace(trace)
     try:
-        line.settle()
+        log.settle()
     except KeyboardInterrupt:
         return True
     finally:
@@ -144,18 +144,18 @@ def test_ctrl_c_between_any_two_steps_of_writing_loses_nothing(then: str) -> Non
     while stopped:
         at += 1
         store = Engine()
-        line = UndoLog(store.write)
-        line.take(first)
-        line.take(taken)
-        line.settle()
-        line.back_to(1)
-        line.take(Delta(frozenset({triple(1)})))
-        stopped = interrupted(line, at)
-        line.back_to({"on": 2, "back": 0, "other": 1}[then])
+        log = UndoLog(store.write)
+        log.append(first)
+        log.append(taken)
+        log.settle()
+        log.back_to(1)
+        log.append(Delta(frozenset({triple(1)})))
+        stopped = interrupted(log, at)
+        log.back_to({"on": 2, "back": 0, "other": 1}[then])
         if then == "other":
-            line.take(taken)
-            line.take(later)
-        line.settle()
+            log.append(taken)
+            log.append(later)
+        log.settle()
         expected = {"on": {2}, "back": set(), "other": {2, 3, 4}}[then]
         assert store.triples == {triple(n) for n in expected}, at
     assert at > 20

@@ -49,7 +49,7 @@ class Lessons:
         self.asked[question.key] = (question, answer)
         lesson = teach.learn(question, answer, report, self.scene, self.asked)
         if lesson is not None:
-            teach.take(lesson, self.scene)
+            teach.accept(lesson, self.scene)
         return lesson
 
     @property

@@ -31,7 +31,7 @@ _THOUGHT = r'thought ::= ([^P\n] | "P" [^L\n]) [^\n]{0,240} "\n"'
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class PlanForm:
     """Plans of some actions, as `json` or as calls; of these with room for `reasoning` before."""
 
     actions: tuple[Action, ...]

@@ -47,7 +47,7 @@ _LONGEST = 1_000
 
 
 @dataclass(slots=True)
-class _Steps:
+class _LoopSteps:
     """Counts the steps of all loops of one rendering."""
 
     taken: int = 0
@@ -75,7 +75,7 @@ class _Sandbox(ImmutableSandboxedEnvironment):
     def is_safe_callable(self, obj: Any) -> bool:
         """Whether a template may call it, whatever name it has given to it."""
         method = isinstance(obj, BuiltinMethodType) and obj.__name__ in _METHODS
-        return method or isinstance(obj, _Steps) or obj in (Namespace, self.flat)
+        return method or isinstance(obj, _LoopSteps) or obj in (Namespace, self.flat)
 
     def flat(self, items: list[Any]) -> list[Any]:
         """Return a list that is written in a template: of words, not of lists of lists."""
@@ -180,7 +180,7 @@ class LibraryPlan:
             template = _JINJA.read(self.body)
             given = {"task": task, "items": list(items), "roles": self.roles}
             given |= {"place": "", "inside": {}, **asks}
-            return template.render(given, _step=_Steps())
+            return template.render(given, _step=_LoopSteps())
         except (jinja2.TemplateError, RecursionError, *_SLIPS) as error:
             line = getattr(error, "lineno", None)
             where = f"{self.path}, line {line + self.before}" if line else str(self.path)

@@ -15,7 +15,7 @@ from adaptbot_cli.adapters.planner.failures import (
     Failure,
     failure,
 )
-from adaptbot_cli.adapters.planner.forms import MARK, Form
+from adaptbot_cli.adapters.planner.forms import MARK, PlanForm
 from adaptbot_cli.adapters.planner.local import Board
 from adaptbot_cli.adapters.planner.prompts import Message, Prompts
 from adaptbot_cli.adapters.planner.provider import Provider
@@ -136,7 +136,7 @@ class Model:
             self._wait(called, failed, number)
         raise AssertionError("the last try returns or raises")
 
-    def _reached(self, litellm: Any, form: Form) -> tuple[Provider, Called]:
+    def _reached(self, litellm: Any, form: PlanForm) -> tuple[Provider, Called]:
         """Return the model, and how it is spoken of. Raises ModelError: it lacks its key."""
         asking = self.asking if self.board is None else self.board.asking(self.asking)
         name = self.name if self.board is None else f"openai/{self.board.file.stem}"

@@ -19,7 +19,7 @@ from typing import Literal, get_args
 import jinja2
 from rdflib import RDF, URIRef
 
-from adaptbot_cli.adapters.planner.forms import MARK, STYLES, Form, Style
+from adaptbot_cli.adapters.planner.forms import MARK, STYLES, PlanForm, Style
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan, read_library, stems
 from adaptbot_cli.core.domain import Action, ItemClass
 from adaptbot_cli.core.graph.kg import Kg
@@ -127,10 +127,10 @@ class Prompts:
             asked.append({"role": "user", "content": self.again(turn)})
         return asked
 
-    def form(self, turn: Propose) -> Form:
+    def form(self, turn: Propose) -> PlanForm:
         """Return what an answer may be, for a provider that can hold a model to it."""
         actions = self._actions(turn, self._near(turn.task))
-        return Form(tuple(actions), self.style == "cot", self.style == "schema")
+        return PlanForm(tuple(actions), self.style == "cot", self.style == "schema")
 
     def hash(self, turn: Propose) -> str:
         """Return a digest of the messages of a prompt."""

@@ -16,7 +16,7 @@ from urllib.request import getproxies
 import httpx
 
 from adaptbot_cli.adapters.planner.budget import Asking, Price
-from adaptbot_cli.adapters.planner.forms import Form
+from adaptbot_cli.adapters.planner.forms import PlanForm
 from adaptbot_cli.adapters.planner.servers import LOOPBACK, is_here, served
 from adaptbot_cli.adapters.planner.streamed import PartialAnswer, TooLong
 from adaptbot_cli.bounded import parse_json
@@ -181,7 +181,7 @@ class Provider:
     litellm: Any
     model: str
     asking: Asking
-    form: Form | None = None
+    form: PlanForm | None = None
 
     def missing_keys(self) -> list[str]:
         """The environment variables with a key that the model needs and that are not set."""

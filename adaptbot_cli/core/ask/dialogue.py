@@ -32,7 +32,7 @@ from adaptbot_cli.core.plan import KeptPlan
 from adaptbot_cli.core.refine.mend import Mended, mended
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.request.understand import Reading
-from adaptbot_cli.core.run import Plans, Run, as_edited, forget_all, look_at, refuted_last
+from adaptbot_cli.core.run import Plans, Run, as_edited, look_at, refuted_last, retract_all
 from adaptbot_cli.core.turns import (
     Ask,
     Checked,
@@ -178,7 +178,7 @@ def _learn(
         else:
             agreed = yield from _settle(run, lesson)
         if agreed is not None:
-            teach.take(agreed, run.scene)
+            teach.accept(agreed, run.scene)
             run.lessons.append(agreed)
             yield Learned(agreed)
 
@@ -219,9 +219,9 @@ def keep(run: Run) -> Generator[Turn, Any, bool]:
     accepted = [lesson for lesson in run.lessons if lesson.question.key not in left_out]
     if left_out:
         once = run.once
-        forget_all(run)
+        retract_all(run)
         for lesson in (*once, *accepted):
-            teach.take(lesson, run.scene)
+            teach.accept(lesson, run.scene)
         run.lessons, run.once = accepted, once
     if not accepted:
         return True
@@ -413,7 +413,7 @@ def judged(run: Run) -> Generator[Turn, Any, None]:
             answer,
             f"{task.name} is judged as {other.name}",
         )
-        teach.take(lesson, run.scene)
+        teach.accept(lesson, run.scene)
         run.lessons.append(lesson)
         yield Learned(lesson)
         run.task = run.scene.task = replace(

@@ -11,7 +11,7 @@ from adaptbot_cli.core.journal import GoBack, Journal
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Report
-from adaptbot_cli.core.run import Parse, Run, forget_all
+from adaptbot_cli.core.run import Parse, Run, retract_all
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Turn
 from adaptbot_cli.core.view.facts import called
@@ -32,7 +32,7 @@ def teach_thing(name: str, kg: Kg, parse: Parse) -> Turns:
         try:
             return (yield from journal.play(_teach(name, run)))
         except GoBack as back:
-            forget_all(run)
+            retract_all(run)
             journal.reopen(back.to)
 
 

@@ -19,7 +19,7 @@ from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Step, Task
 from adaptbot_cli.core.refine.goals import rehearsed
 from adaptbot_cli.core.report import Outcome, Report, Result
-from adaptbot_cli.core.run import Parse, Run, forget_all, look_at
+from adaptbot_cli.core.run import Parse, Run, look_at, retract_all
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.core.turns import Executed, Turn
 
@@ -85,7 +85,7 @@ def sitting(waiting: Sequence[Waiting], kg: Kg, parse: Parse) -> Generator[Turn,
         try:
             return (yield from journal.play(_sitting(waiting, shared)))
         except GoBack as back:
-            forget_all(shared.run(Task("")))
+            retract_all(shared.run(Task("")))
             journal.reopen(back.to)
 
 

@@ -140,7 +140,7 @@ def _learn_attribute(question: Question, answer: Answer, scene: Scene) -> Lesson
     return Lesson(delta, question, answer, f"{question.about}: {prop.label} {shown}")
 
 
-def take(lesson: Lesson, scene: Scene) -> None:
+def accept(lesson: Lesson, scene: Scene) -> None:
     """Let a lesson be known from now on."""
     if lesson.once:
         scene.instead.add(lesson.question.about)
@@ -150,7 +150,7 @@ def take(lesson: Lesson, scene: Scene) -> None:
         _put(lesson.action.name, lesson.action, scene)
 
 
-def forget(lesson: Lesson, scene: Scene) -> None:
+def retract(lesson: Lesson, scene: Scene) -> None:
     """Take a lesson back: what it added goes, what it replaced returns."""
     if lesson.once:
         scene.instead.discard(lesson.question.about)

@@ -57,7 +57,7 @@ class UndoLog:
     _written: list[tuple[int, Delta]] = field(default_factory=list)
     _same: int = 0
 
-    def take(self, delta: Delta) -> None:
+    def append(self, delta: Delta) -> None:
         """Append a delta."""
         step = (self.state, delta)
         if step not in self._next:

@@ -108,7 +108,7 @@ class Kg:
     strays: frozenset[Triple] = frozenset()
     store: Facts = field(init=False)
     _known: _Known = field(default_factory=_Known)
-    _line: UndoLog = field(init=False)
+    _undo_log: UndoLog = field(init=False)
     _depth: int = 0
     _answers: dict[Asked, Any] = field(default_factory=dict)
     _changes: dict[Asked, Delta] = field(default_factory=dict)
@@ -117,13 +117,13 @@ class Kg:
     _names: NameIndex | None = None
 
     def __post_init__(self) -> None:
-        self._line = UndoLog(self._write)
+        self._undo_log = UndoLog(self._write)
         self.store = Facts(self.engine)
 
     @property
     def facts(self) -> Facts:
         """All facts, as they are now: those of G_k, of G_s and the classes."""
-        self._line.settle()
+        self._undo_log.settle()
         return self.store
 
     @classmethod
@@ -164,12 +164,12 @@ class Kg:
 
         What the one learns the other has too, but may have worked out otherwise before.
         """
-        self._line.settle()
+        self._undo_log.settle()
         return Kg(domain, self.engine, domain.name_properties())
 
     def graph(self, name: URIRef) -> Facts:
         """Return the named graph G_k (`ATTRIBUTES`), G_s (`STATES`) or the classes (`SCHEMA`)."""
-        self._line.settle()
+        self._undo_log.settle()
         return Facts(self.engine, name)
 
     def home_of(self, predicate: Node) -> URIRef:
@@ -200,7 +200,7 @@ class Kg:
 
     def _evaluate(self, asked: Asked) -> Any:
         """Ask the engine; the solutions of a SELECT are those of the state at this moment."""
-        self._line.settle()
+        self._undo_log.settle()
         given = {pyoxigraph.Variable(name): term_of(value) for name, value in asked[2]}
         return self.engine.query(asked[1], use_default_graph_as_union=True, substitutions=given)
 
@@ -229,7 +229,7 @@ class Kg:
     @property
     def state(self) -> int:
         """The number of the state that holds now, while effects are tried."""
-        return self._line.state
+        return self._undo_log.state
 
     @property
     def index(self) -> ActionIndex:
@@ -249,7 +249,7 @@ class Kg:
     def _asked(self, query: str, bindings: Bindings) -> Asked:
         names = variables(query)
         given = ((n, v) for n, v in bindings.items() if n in names and isinstance(v, str))
-        return self._line.state, query, tuple(given)
+        return self._undo_log.state, query, tuple(given)
 
     def value(self, subject: Node, predicate: Node) -> Node | None:
         """Return the one value of a functional property, the smallest if there are several."""
@@ -257,13 +257,13 @@ class Kg:
 
     def objects(self, subject: Node, predicate: Node) -> list[Node]:
         """Return the values of a predicate of a thing now, sorted."""
-        self._line.settle()
+        self._undo_log.settle()
         found = self.engine.quads_for_pattern(term_of(subject), term_of(predicate), None, None)
         return sorted({node_of(quad.object) for quad in found}, key=str)
 
     def named_in(self, value: Node, most: int) -> int:
         """Return how many facts have a thing as their value now, counted up to `most`."""
-        self._line.settle()
+        self._undo_log.settle()
         found = self.engine.quads_for_pattern(None, None, term_of(value), None)
         return sum(1 for _ in islice(found, most))
 
@@ -506,31 +506,31 @@ class Kg:
 
     def _holds(self, triple: Triple) -> bool:
         """Whether a fact is there; asked of its own graph, which is quicker than of all."""
-        self._line.settle()
+        self._undo_log.settle()
         return self._quad(triple) in self.engine
 
     def apply(self, delta: Delta) -> None:
         """Change the graph; inside a `rehearsal` the change is taken back at its end."""
-        self._line.take(delta)
+        self._undo_log.append(delta)
         if not self._depth:
-            self._line.keep()
+            self._undo_log.keep()
 
     def undo_to(self, mark: int) -> None:
         """Take back every change of this rehearsal after the first `mark`."""
-        self._line.back_to(mark)
+        self._undo_log.back_to(mark)
 
     @property
     def mark(self) -> int:
         """The number of changes made in this rehearsal, to come back to."""
-        return len(self._line.changes)
+        return len(self._undo_log.changes)
 
     def changes(self, start: int, end: int | None = None) -> list[Delta]:
         """Return the changes of this rehearsal from one mark to another."""
-        return self._line.changes[start:end]
+        return self._undo_log.changes[start:end]
 
     def last_change(self) -> frozenset[Triple]:
         """Return the triples that the last change of this rehearsal took away or added."""
-        [delta] = self._line.changes[-1:] or [Delta()]
+        [delta] = self._undo_log.changes[-1:] or [Delta()]
         return delta.removed | delta.added
 
     @contextmanager

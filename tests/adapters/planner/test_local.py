@@ -11,7 +11,7 @@ import pytest
 
 from adaptbot_cli.adapters.planner import local
 from adaptbot_cli.adapters.planner.budget import Asking
-from adaptbot_cli.adapters.planner.forms import MOST_STEPS, Form
+from adaptbot_cli.adapters.planner.forms import MOST_STEPS, PlanForm
 from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.planner.local import Board
 from adaptbot_cli.adapters.planner.model import Model
@@ -41,7 +41,7 @@ def kg_of(name: str) -> Kg:
 
 
 def grammar(kg: Kg, reasoning: bool = False) -> str:
-    return Form(tuple(kg.domain.actions.values()), reasoning).grammar
+    return PlanForm(tuple(kg.domain.actions.values()), reasoning).grammar
 
 
 def pattern(gbnf: str) -> re.Pattern[str]:
@@ -104,7 +104,7 @@ def test_only_calls_fit_the_grammar(text: str, fits: bool) -> None:
 
 def test_the_grammar_is_made_of_the_domains_own_actions() -> None:
     taught = replace(kg_of("kitchen").domain.actions["clean"], name='rub "dry"')
-    assert pattern(Form((taught,), False).grammar).fullmatch('rub "dry"("pan")')
+    assert pattern(PlanForm((taught,), False).grammar).fullmatch('rub "dry"("pan")')
     household = pattern(grammar(kg_of("household")))
     assert household.fullmatch('fold("clothes")') and household.fullmatch('iron("clothes")')
 
