@@ -26,7 +26,8 @@ from adaptbot_cli.core.view import facts as view
 from adaptbot_cli.core.words import NoLexicon
 from adaptbot_cli.resources import bundled
 from adaptbot_cli.session import change, queries, replay
-from adaptbot_cli.session.knowledge import Home, differences, why
+from adaptbot_cli.session.home import Home
+from adaptbot_cli.session.knowledge import differences, why
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, ex
 from tests.asking import task_for

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from adaptbot_cli.adapters.planner.choice import Chosen
-    from adaptbot_cli.session.knowledge import Home
+    from adaptbot_cli.session.home import Home
     from adaptbot_cli.workspace import Workspace
 
 
@@ -123,7 +123,7 @@ class Place:
 
     def home(self) -> "Home":
         """Find the home. Raises KnowledgeError: the settings cannot be read."""
-        from adaptbot_cli.session.knowledge import Home
+        from adaptbot_cli.session.home import Home
 
         found = workspace(self.workspace_dir)
         return Home(found, domain_name(self.domain, found))

@@ -20,7 +20,7 @@ from adaptbot_cli.cli.help import Group
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.planner.library import LibraryPlan
-    from adaptbot_cli.session.knowledge import Home
+    from adaptbot_cli.session.home import Home
 
 app = typer.Typer(cls=Group, help="The plans that are kept for tasks: list, show, drop.")
 NameArgument = Annotated[

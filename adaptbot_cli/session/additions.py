@@ -18,7 +18,7 @@ from adaptbot_cli.session.author import person
 from adaptbot_cli.session.build import human_of
 from adaptbot_cli.session.change import keeper
 from adaptbot_cli.session.drive import Noting, drive, without_planner
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 
 if TYPE_CHECKING:
     from rich.console import Console

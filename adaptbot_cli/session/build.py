@@ -28,7 +28,7 @@ from adaptbot_cli.errors import KnowledgeError, ModelError, WorldError
 from adaptbot_cli.resources import bundled, root_of
 from adaptbot_cli.session.author import now, person, stamp
 from adaptbot_cli.session.drive import Nowhere, Ports, drive
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.session.past_runs import content_of, guarded, remembering, spent
 from adaptbot_cli.session.sources import EDITS, load, reader, started_on
 from adaptbot_cli.workspace import Workspace

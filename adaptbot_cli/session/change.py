@@ -35,7 +35,8 @@ from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.core.view.changes import Changes, about
 from adaptbot_cli.errors import KnowledgeError, ModelError, UsageError
 from adaptbot_cli.session.author import now, person, stamp
-from adaptbot_cli.session.knowledge import Home, called, chapters, known_as, near_it
+from adaptbot_cli.session.home import Home
+from adaptbot_cli.session.knowledge import called, chapters, known_as, near_it
 from adaptbot_cli.session.replay import check
 from adaptbot_cli.session.sources import started_on
 

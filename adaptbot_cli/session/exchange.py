@@ -30,7 +30,7 @@ from adaptbot_cli.core.turns import Human, Planner, Proposal, Propose
 from adaptbot_cli.core.view.provenance import Told
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session.change import held_by, keeper
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.session.sync import Table
 
 if TYPE_CHECKING:

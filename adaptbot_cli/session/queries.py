@@ -15,7 +15,7 @@ from adaptbot_cli.core.graph.terms import ATTRIBUTES, SCHEMA, STATES
 from adaptbot_cli.core.names import sentence_list
 from adaptbot_cli.errors import UsageError
 from adaptbot_cli.session.change import ProposedChange, after
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.session.sources import load
 
 _SECONDS = 60.0

@@ -9,10 +9,8 @@ from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
-from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.robots import acting_as
-from adaptbot_cli.core.request.understand import Reading, understand
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
@@ -21,6 +19,7 @@ from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.keeper import WorkspaceStart
+    from adaptbot_cli.core.request.understand import Reading
 
 T = TypeVar("T")
 
@@ -93,9 +92,10 @@ def reader(
     requires: Sequence[str] = (),
     without: Sequence[str] = (),
     lexicon: Lexicon | None = None,
-) -> Callable[[str], Reading]:
+) -> "Callable[[str], Reading]":
     """Return what reads requests on a graph, with the names of the plan library's dishes."""
     from adaptbot_cli.adapters.planner.library import names_in
+    from adaptbot_cli.core.request.understand import understand
 
     dishes = names_in(*workspace.library(kg.domain.name))
     words = lexicon or WordNet()
@@ -139,6 +139,8 @@ def robot_of(header: Mapping[str, Any]) -> str:
 
 
 def _files_at(workspace: Workspace, domain: str, revision: str) -> dict[str, bytes]:
+    from adaptbot_cli.adapters.store.versions import Versions
+
     repo = Repo.open(workspace.root) if workspace.exists else None
     if repo is None:
         raise KnowledgeError(f"no workspace is at {workspace.root}, so no revision {revision}")

@@ -15,7 +15,7 @@ from adaptbot_cli.core.turns import Human
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.author import now, person
 from adaptbot_cli.session.change import commit_edits, signed
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.workspace import Workspace
 
 TRIES = 10

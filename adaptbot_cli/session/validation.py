@@ -16,7 +16,7 @@ from adaptbot_cli.core.refine.goals import weak
 from adaptbot_cli.core.view.changes import Changes, Status, Words
 from adaptbot_cli.core.view.provenance import Origin
 from adaptbot_cli.errors import KnowledgeError
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.session.sources import load, settled
 from adaptbot_cli.workspace import Workspace
 

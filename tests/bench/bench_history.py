@@ -18,7 +18,8 @@ import pytest
 
 from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.session.change import revert
-from adaptbot_cli.session.knowledge import Home, chapters, why
+from adaptbot_cli.session.home import Home
+from adaptbot_cli.session.knowledge import chapters, why
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import keeper
 from tests.bench.table import Table

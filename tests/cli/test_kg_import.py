@@ -12,7 +12,7 @@ from rdflib.compare import isomorphic
 from adaptbot_cli.core.graph.terms import DATATYPES, local
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session import change, packs, queries
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.session.validation import validate
 from adaptbot_cli.workspace import Workspace
 

@@ -30,6 +30,7 @@ from adaptbot_cli.core.words import Related
 from adaptbot_cli.errors import AdaptbotError
 from adaptbot_cli.session import change, knowledge, queries
 from adaptbot_cli.session.drive import Nowhere, Ports, drive, perform
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.workspace import Workspace
 from tests.hostile_names import NAMES
 
@@ -65,7 +66,7 @@ def test_there_are_enough_of_them() -> None:
 class Teaching:
     """A kitchen in which one name after the other is taught, and taken back."""
 
-    home: knowledge.Home
+    home: Home
 
     def lessons(self, name: str, answers: dict[str, str]) -> list[Lesson]:
         """Run a plan that names a thing; return what the answers about it taught."""
@@ -113,7 +114,7 @@ class NoWords:
 @pytest.fixture(scope="module")
 def teaching(tmp_path_factory: pytest.TempPathFactory) -> Teaching:
     root = tmp_path_factory.mktemp("names")
-    return Teaching(knowledge.Home(Workspace(root), "kitchen"))
+    return Teaching(Home(Workspace(root), "kitchen"))
 
 
 @EACH_NAME
@@ -167,9 +168,7 @@ def test_other_names_and_absences_are_written_and_read_again(
 
 
 @EACH_NAME
-def test_every_command_takes_it_as_a_word(
-    teaching: Teaching, kept: knowledge.Home, name: str
-) -> None:
+def test_every_command_takes_it_as_a_word(teaching: Teaching, kept: Home, name: str) -> None:
     """What cannot be meant is refused with a sentence; nothing is written, nothing is raised."""
     home = kept
     head = home.needed().repo.head()
@@ -195,16 +194,16 @@ def test_every_command_takes_it_as_a_word(
     assert home.needed().repo.head() == head
 
 
-def preview(proposal: change.ProposedChange, home: knowledge.Home) -> object:
+def preview(proposal: change.ProposedChange, home: Home) -> object:
     """Return a proposed change as it is shown."""
     delta = proposal.delta
     return origins.preview(proposal.changes, home.words.also(delta.added).also(delta.removed))
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> knowledge.Home:
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Home:
     """Return a home with all the names taught in one commit, each by an answer of its own."""
-    home = knowledge.Home(Workspace(tmp_path_factory.mktemp("kept")), "kitchen")
+    home = Home(Workspace(tmp_path_factory.mktemp("kept")), "kitchen")
     kg, lessons = home.kg, []
     [kind] = [kind for kind in kg.domain.teachable if kind.label.startswith("ingredient")]
     for name in NAMES.values():
@@ -216,10 +215,10 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> knowledge.Home:
                 Lesson(delta, question, Answer("object", name, name), f"there is {name}")
             )
     change.keeper(home).keep(Keep(Task("all of them"), tuple(lessons)))
-    return knowledge.Home(home.workspace, "kitchen")
+    return Home(home.workspace, "kitchen")
 
 
-def test_all_of_them_in_one_commit_each_with_its_answer(kept: knowledge.Home) -> None:
+def test_all_of_them_in_one_commit_each_with_its_answer(kept: Home) -> None:
     [learned, _] = list(knowledge.chapters(kept, None))
     shown(origins.log([learned], kept.words, False))
     for told in learned.answers:

@@ -10,7 +10,7 @@ import pytest
 
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.session import additions, change, knowledge, queries, validation
-from adaptbot_cli.session.knowledge import Home as Known
+from adaptbot_cli.session.home import Home as Known
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Ended, Home
 

@@ -19,7 +19,7 @@ from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.errors import KnowledgeError
 from adaptbot_cli.session.change import commit
 from adaptbot_cli.session.exchange import Served
-from adaptbot_cli.session.knowledge import Home as Known
+from adaptbot_cli.session.home import Home as Known
 from adaptbot_cli.session.knowledge import why
 from adaptbot_cli.session.queries import update
 from adaptbot_cli.workspace import Workspace

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from adaptbot_cli.session import change
-from adaptbot_cli.session.knowledge import Home as Known
+from adaptbot_cli.session.home import Home as Known
 from adaptbot_cli.workspace import Workspace
 from tests.cli.command import Home
 from tests.loopback import scripted

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from adaptbot_cli.session.change import ProposedChange
-    from adaptbot_cli.session.knowledge import Home
+    from adaptbot_cli.session.home import Home
 
 
 def put(

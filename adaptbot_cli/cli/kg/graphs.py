@@ -24,7 +24,7 @@ from adaptbot_cli.cli.kg.edits import carry_out
 
 if TYPE_CHECKING:
     from adaptbot_cli.adapters.store.engine import Answered
-    from adaptbot_cli.session.knowledge import Home
+    from adaptbot_cli.session.home import Home
 
 
 def query(

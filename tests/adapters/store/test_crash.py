@@ -17,7 +17,7 @@ from adaptbot_cli.adapters.store.keeper import Keeper
 from adaptbot_cli.adapters.terminal import AbsentHuman
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.session import additions, change, packs, queries, sources, sync
-from adaptbot_cli.session.knowledge import Home
+from adaptbot_cli.session.home import Home
 from adaptbot_cli.workspace import Workspace
 from tests.adapters.store.homes import ORIGIN, begun, ex, files, item, keeper
 from tests.adapters.store.kills import SEED, at_one, chosen, killed_at, named
