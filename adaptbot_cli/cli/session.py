@@ -26,13 +26,17 @@ _ASKED = re.compile(
 )
 """A question for what is known: "where is the egg?"."""
 
+_OTHERWISE = re.compile(r"(?:what|how|who|which|when|why(?=\?))\b(?! about\b).*\?", re.IGNORECASE)
+"""A question for anything else, which is no task: "what can you do?"."""
+
 _HELP = (
     ("make omelette", "any task, in your own words"),
     ("plan TASK", "plan it, and keep nothing"),
     ("teach THING", "tell what there is, where it is kept and what is true of it"),
     ("set THING PROPERTY VALUE", "say what is true of it now: set egg place cabinet"),
     ("show, show NAME", "what is known: all, one thing, place, action or task"),
-    ("where is NAME?", "the same, asked as people ask"),
+    ("show --tasks", "what tasks there are"),
+    ("where is NAME?", "what is known of one, asked as people ask"),
     ("why NAME", "who taught it"),
     ("log", "what was taught, newest first"),
     ("undo", "take back the last thing learned"),
@@ -64,7 +68,7 @@ def converse(carry_out: Callable[[list[str]], None], commands: Iterable[str]) ->
         if line is None or line in ("quit", "exit"):
             return
         words = _words(line)
-        if line in ("help", "?"):
+        if line in ("help", "?") or (_OTHERWISE.fullmatch(line) and not _ASKED.fullmatch(line)):
             for phrase, what in _HELP:
                 out.print(f"  {phrase:<26} {what}", markup=False, highlight=False)
         elif words[:1] == ["domain"] and len(words) == 2 and words[1] in home.domains():

@@ -28,7 +28,8 @@ def test_a_line_is_a_command_or_else_a_task(line: str, robot: str, arguments: li
 
 def test_one_thing_after_the_other_and_an_error_ends_only_its_line(home: Home) -> None:
     lines = (
-        b"show gerlic\nshwo egg\nplan make tea\ndomain household\nshow mop\nhelp\nquit\nshow egg\n"
+        b"show gerlic\nshwo egg\nplan make tea\ndomain household\nshow mop\nwhat can you do?\n"
+        b"quit\nshow egg\n"
     )
     ended = home.adaptbot(stdin=lines, ADAPTBOT_PLAIN="1")
     assert ended.code == 0, ended.err
