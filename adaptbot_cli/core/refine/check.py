@@ -17,6 +17,7 @@ from adaptbot_cli.core.refine.grounding import Sound, in_order, number, sentence
 from adaptbot_cli.core.refine.repair import MOST_ROWS, Aim, aim, all_hold, complete, holds
 from adaptbot_cli.core.refine.simulation import Simulation
 from adaptbot_cli.core.report import GroundAction, Report
+from adaptbot_cli.core.request.understand import trouble
 from adaptbot_cli.core.scene import Scene
 
 _OF_A_NAME = frozenset({"E101", "E201"})
@@ -112,7 +113,7 @@ def _of_the_request(scene: Scene) -> Iterable[Finding]:
     """What the request itself leaves open: words not understood, what it asks for and excludes."""
     task = scene.task
     for phrase in task.unread:
-        yield Finding("W604", f"{phrase}: these words of the request are not understood", phrase)
+        yield Finding("W604", f'"{phrase}" of the request is {trouble(phrase)}', phrase)
     if task.thin:
         message = f'no goal is known for "{task.name}": that it can be executed is all I can tell'
         yield Finding("W606", message, task.name)

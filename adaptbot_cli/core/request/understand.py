@@ -55,7 +55,7 @@ class Reading:
     def doubts(self) -> tuple[str, ...]:
         """What a person must confirm, in sentences."""
         found = [f'"{written}" is read as {meant}' for written, meant in self.guesses]
-        return (*found, *(f'"{phrase}" is not understood' for phrase in self.unread))
+        return (*found, *(f'"{phrase}" is {trouble(phrase)}' for phrase in self.unread))
 
     @property
     def meant(self) -> str:
@@ -75,6 +75,11 @@ class Reading:
         """Return the reading as a person has confirmed it: nothing of it is in doubt."""
         tasks = tuple(replace(task, unread=()) for task in self.tasks)
         return replace(self, tasks=tasks, unread=(), guesses=())
+
+
+def trouble(phrase: str) -> str:
+    """Return what a phrase is that is unread: "2 eggs" are clear, but nothing counts them."""
+    return "a number that no plan counts" if phrase[0].isdigit() else "not understood"
 
 
 def describe(task: Task) -> str:
