@@ -230,8 +230,9 @@ class Versions:
 
     @lru_cache(maxsize=4096)  # noqa: B019
     def _is_readable(self, blob: str, name: str) -> bool:
+        data = self._blob(blob)  # one that is damaged is no file that somebody left so
         try:
-            return parsed(self._blob(blob), name) is not None
+            return parsed(data, name) is not None
         except KnowledgeError:
             return False
 
