@@ -124,7 +124,8 @@ class Versions:
     def files(self, revision: str | None) -> dict[str, bytes]:
         """Return the files at a revision; those on disk if it is None."""
         if revision is None:
-            return read_files(self.repo.root / self.folder, self.repo.root)
+            found = read_files(self.repo.root / self.folder, self.repo.root)
+            return {name: found[name] for name in in_order(found)}
         blobs = self._blobs(revision)
         return {name: self.repo.blob(blobs[name]) for name in in_order(blobs)}
 
