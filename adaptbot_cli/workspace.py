@@ -169,10 +169,13 @@ class Workspace:
         return any(self._folder(f"kg/{domain}").glob("*.ttl"))
 
     def _folder(self, path: str) -> Path:
-        """Where a folder is or will be. Raises KnowledgeError: what is there is a link, or none."""
-        with suppress(FileNotFoundError, PermissionError), bounded.folder(self.root, path):
+        """Where a folder is or will be. Raises KnowledgeError: a link, none, or not to be read."""
+        from adaptbot_cli.adapters.store.files import refusing
+
+        found = self.root / path
+        with refusing(found, "read"), suppress(FileNotFoundError), bounded.folder(self.root, path):
             pass
-        return self.root / path
+        return found
 
     def files(self, domain: str) -> dict[str, bytes]:
         """Return the files of a domain: the workspace's, or else the bundled ones.

@@ -75,6 +75,8 @@ def test_what_is_no_folder_is_not_passed_over(
     with pytest.raises(KnowledgeError, match="symbolic link" if kind == "link" else "no folder"):
         Workspace(root).files("kitchen")
         _ = Workspace(root).transcripts
+    with pytest.raises(KnowledgeError, match="could not be read"):
+        Workspace(root / "adaptbot.toml").has("kitchen")
 
 
 def test_a_file_that_is_no_domains_is_a_fault_and_not_read(root: Path) -> None:
