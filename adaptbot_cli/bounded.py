@@ -6,8 +6,10 @@ Nothing here knows what a file means; the caller gives the name for messages and
 
 import errno
 import json
+import logging
 import os
 import re
+import select
 import stat
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
@@ -17,7 +19,10 @@ from itertools import chain, islice
 from pathlib import Path, PurePath, PurePosixPath
 from typing import Any, TextIO
 
+from adaptbot_cli.core.visible import visible
 from adaptbot_cli.errors import AdaptbotError, KnowledgeError, UsageError
+
+_LOG = logging.getLogger(__name__)
 
 KB, MB = 1_000, 1_000_000
 SETTINGS, YAML, JSON, GRAPH, PLAN = 64 * KB, 4 * MB, 32 * MB, 100 * MB, 2 * MB
@@ -55,13 +60,14 @@ def read_bytes(
     """
     try:
         # Without O_NONBLOCK, to open a FIFO would wait for somebody to write.
-        flags = os.O_RDONLY | (0 if piped else getattr(os, "O_NONBLOCK", 0))
-        flags |= getattr(os, "O_BINARY", 0)
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         below = path.relative_to(root) if root is not None else None
         handle = unlinked(root, below) if root and below else os.open(path, flags)
         with os.fdopen(handle, "rb") as file:
-            if not piped and not stat.S_ISREG(os.fstat(handle).st_mode):
-                raise error(f"cannot read {path}: it is no regular file")
+            if not stat.S_ISREG(os.fstat(handle).st_mode):
+                if not piped:
+                    raise error(f"cannot read {path}: it is no regular file")
+                _wait_for_data(handle, path)
             data = file.read(most + 1)
     except (OSError, ValueError) as problem:
         reason = problem.strerror if isinstance(problem, OSError) else problem
@@ -71,6 +77,16 @@ def read_bytes(
     if len(data) > most:
         raise error(f"{path} is larger than {_size(most)}: so large a file is not read")
     return data
+
+
+def _wait_for_data(handle: int, path: Path) -> None:
+    """Wait until a pipe has data or its writer is gone; after a second that is logged."""
+    pipe = select.poll()
+    pipe.register(handle, select.POLLIN)
+    if not pipe.poll(1_000):
+        _LOG.warning("! waiting for somebody to write to %s", visible(str(path)))
+        pipe.poll()
+    os.set_blocking(handle, True)
 
 
 @contextmanager

@@ -4,6 +4,7 @@ import difflib
 import os
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -153,30 +154,28 @@ class Workspace:
         """The folder with the transcripts of its runs.
 
         Raises:
-            KnowledgeError: it is a symbolic link: what that leads to is not the workspace's.
+            KnowledgeError: it is a symbolic link, or no folder.
         """
-        folder = self.root / "transcripts"
-        if folder.is_symlink():
-            raise KnowledgeError(
-                f"{folder} is a symbolic link, and links in a workspace are not followed; put the "
-                "folder itself there"
-            )
-        return folder
+        return self._folder("transcripts")
 
     def domains(self) -> list[str]:
         """The names of the domains to choose from: its own and the bundled ones."""
-        if (self.root / "kg").is_symlink():
-            raise KnowledgeError(
-                f"{self.root / 'kg'} is a symbolic link, and links in a workspace are not "
-                "followed; put the folder itself there"
-            )
-        folders = [self.root / "kg", bundled("kg")]
+        folders = [self._folder("kg"), bundled("kg")]
         found = {p.parent.name for f in folders if f.is_dir() for p in f.glob("*/*.ttl")}
         return sorted(found)
 
     def has(self, domain: str) -> bool:
         """Whether the workspace holds files of this domain, rather than only the bundle."""
-        return any((self.root / "kg" / domain).glob("*.ttl"))
+        return any(self._folder(f"kg/{domain}").glob("*.ttl"))
+
+    def _folder(self, path: str) -> Path:
+        """Where a folder is or will be. Raises KnowledgeError: a link, none, or not to be read."""
+        from adaptbot_cli.adapters.store.files import refusing
+
+        found = self.root / path
+        with refusing(found, "read"), suppress(FileNotFoundError), bounded.folder(self.root, path):
+            pass
+        return found
 
     def files(self, domain: str) -> dict[str, bytes]:
         """Return the files of a domain: the workspace's, or else the bundled ones.

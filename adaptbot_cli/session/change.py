@@ -209,10 +209,19 @@ def revert(home: Home, revision: str) -> ProposedChange:
 
 
 def last_learned(home: Home) -> str | None:
-    """Return the newest commit of a person's answers of which something still stands, if any."""
-    learned = (chapter for chapter in chapters(home, None) if chapter.answers)
-    still = (x for x in learned if not x.changes.delta.added.isdisjoint(home.facts))
-    return next((chapter.origin.revision for chapter in still), None)
+    """Return the newest commit of a person's answers that has not been undone and of which
+    something still stands, if any."""
+    undone = set[str]()
+    for chapter in chapters(home, None):
+        revision = chapter.origin.revision
+        if revision in undone:
+            continue
+        if chapter.origin.source == "revert":
+            fields = dict(home.needed().repo.commit_of(revision).trailers)
+            undone |= {fields.get("Reverts", "")} if "Takes-back" not in fields else set()
+        elif chapter.answers and not chapter.changes.delta.added.isdisjoint(home.facts):
+            return revision
+    return None
 
 
 def last_done(home: Home) -> str | None:

@@ -11,7 +11,7 @@ from rdflib.term import Node
 
 from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.git import Repo
-from adaptbot_cli.adapters.store.reading import fact_files, graph_of
+from adaptbot_cli.adapters.store.reading import fact_files, graph_of, in_order
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.terms import SCHEMA, Triple
 from adaptbot_cli.errors import KnowledgeError
@@ -56,7 +56,8 @@ class Home:
 
     @cached_property
     def _files(self) -> dict[str, bytes]:
-        return self.workspace.files(self.domain)
+        files = self.workspace.files(self.domain)
+        return {name: files[name] for name in in_order(files)}
 
     @cached_property
     def facts(self) -> frozenset[Triple]:

@@ -40,6 +40,12 @@ def test_undo_takes_back_the_last_thing_learned_then_the_one_before(home: Home) 
     assert "left to take back" in home.adaptbot("undo", "--yes").err
 
 
+def test_undo_ends_though_an_old_value_has_come_back(home: Home) -> None:
+    moved = [["kg", "set", "egg", "place", place, "--yes"] for place in ("drawer", "fridge")]
+    ended = home.adaptbots([*moved, *[["undo", "--yes"]] * 3])
+    assert [each.code for each in ended] == [0, 0, 0, 0, 2]
+
+
 def test_a_run_is_named_by_the_beginning_of_its_id(home: Home) -> None:
     answers = home.write("answers.yaml", CHIVES)
     assert home.adaptbot("run", "make omelette", "--answers", answers).code == 0

@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -163,6 +165,16 @@ def test_a_file_without_an_end(used: Home) -> None:
     os.mkfifo(pipe)
     with pytest.raises(KnowledgeError, match="no regular file"):
         bounded.read_bytes(pipe, bounded.YAML)
+
+
+def test_who_waits_for_a_pipe_says_so(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with ThreadPoolExecutor() as pool:
+        reading = pool.submit(bounded.read_bytes, tmp_path / "pipe", bounded.PLAN, piped=True)
+        while "waiting for somebody to write" not in caplog.text:
+            time.sleep(0.01)
+        (tmp_path / "pipe").write_bytes(b"walk(table)")
+        assert reading.result() == b"walk(table)"
 
 
 def test_the_bundled_packs_and_transcripts_are_within_the_limits() -> None:

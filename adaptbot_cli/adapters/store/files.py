@@ -6,17 +6,21 @@ read, so that nothing (a pipe, a device) can keep a reader waiting.
 
 import errno
 import fcntl
+import logging
 import os
 import random
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import Final
 
 from adaptbot_cli.bounded import folder, not_wanted, unlinked
+from adaptbot_cli.core.visible import visible
 from adaptbot_cli.errors import KnowledgeError
+
+_LOG: Final = logging.getLogger(__name__)
 
 LARGEST: Final = 256 * 1024 * 1024
 """Bytes of a file that are read at most."""
@@ -181,25 +185,40 @@ def locked(state: int, root: Path, timeout: float = 30.0) -> Iterator[None]:
     Raises:
         KnowledgeError: another holds it for longer than `timeout` seconds.
     """
-    deadline = time.monotonic() + timeout
     flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
     held = []
     try:
         for name in ("queue", "lock"):
             with refusing(root):
                 held.append(os.open(name, flags, 0o666, dir_fd=state))
-            while not _flocked(held[-1]):
-                if time.monotonic() >= deadline:
-                    raise KnowledgeError(
-                        f"Another adaptbot is writing to {root}; wait until it is done, then "
-                        "try again."
-                    )
-                time.sleep(random.uniform(0.005, 0.01))
+        wait(
+            lambda: all(map(_flocked, held)),
+            timeout,
+            f"Another adaptbot is writing to {root}",
+            "wait until it is done, or end it if it was stopped, then try again.",
+        )
         os.close(held.pop(0))
         yield
     finally:
         for handle in held:
             os.close(handle)
+
+
+def wait(ready: Callable[[], bool], seconds: float, busy: str, remedy: str) -> None:
+    """Wait until something is ready; after a second it is logged as a warning why.
+
+    Raises:
+        KnowledgeError: it is not ready after so many seconds.
+    """
+    start, logged = time.monotonic(), False
+    while not ready():
+        waited = time.monotonic() - start
+        if waited >= seconds:
+            raise KnowledgeError(f"{busy}; {remedy}")
+        if waited > 1 and not logged:
+            logged = True
+            _LOG.warning("! %s: waiting for it, %g s at most", visible(busy), seconds)
+        time.sleep(random.uniform(0.005, 0.01))
 
 
 def _flocked(handle: int) -> bool:

@@ -17,7 +17,6 @@ import re
 import shutil
 import stat
 import tempfile
-import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
@@ -274,7 +273,8 @@ class Repo:
 
     def _tree_at(self, rev: str | None) -> Any:
         """The tree of a revision; an empty one before the first."""
-        return {} if rev is None else self._commit_at(rev).tree
+        with _error_messages(self.top):
+            return {} if rev is None else self._commit_at(rev).tree
 
     def _entry(self, tree: Any, path: str) -> "pygit2.Object | None":
         with _error_messages(self.top):
@@ -754,17 +754,15 @@ class Repo:
         """
         lock, own = path.with_name(f"{path.name}.lock"), self._own(key)
         path.parent.mkdir(parents=True, exist_ok=True)
-        deadline = time.monotonic() + PATIENCE
         own.unlink(missing_ok=True)
         os.close(os.open(own, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         try:
-            while not _linked(own, lock):
-                if time.monotonic() > deadline:
-                    raise KnowledgeError(
-                        f"Another git process is busy in {self.top}. Wait until it is done, then "
-                        f"try again; if none is, remove {lock}."
-                    )
-                time.sleep(0.02)
+            files.wait(
+                lambda: _linked(own, lock),
+                PATIENCE,
+                f"Another git process is busy in {self.top}",
+                f"wait until it is done, then try again; if none is, remove {lock}.",
+            )
             try:
                 yield lock
             finally:

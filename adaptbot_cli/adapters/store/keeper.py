@@ -349,8 +349,9 @@ class Keeper:
 
 def _held_at(repo: Repo, domain: str, revision: str | None) -> Held | None:
     """A domain as it was committed; None if that makes no domain."""
+    files = Versions(domain, repo).files(revision) if revision else {}
     try:
-        return Held.of(Versions(domain, repo).files(revision or ""), f"kg/{domain}")
+        return Held.of(files, f"kg/{domain}")
     except KnowledgeError:
         return None
 

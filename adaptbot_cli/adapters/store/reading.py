@@ -145,7 +145,9 @@ def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[Fault]]:
     The graph is None if the files hold none; with faults it is good for further checks only.
     """
     graphs: dict[str, Graph] = {}
-    store, found = pyoxigraph.Store(), list[Fault]()
+    store, unread = pyoxigraph.Store(), sorted(files.keys() - in_order(files))
+    text, remedy = "is no file of a domain, and not read", "move it away, or its facts to state.ttl"
+    found = [Fault(text, remedy, name) for name in unread]
     for name in (*DOMAIN_FILES, *dict.fromkeys((*FACT_FILES, *fact_files(files)))):
         if unreadable := _unreadable(files, name):
             found.append(unreadable)
@@ -156,11 +158,11 @@ def check_files(files: Mapping[str, bytes]) -> tuple[Kg | None, list[Fault]]:
             else:
                 graphs[name] = parse(files[name], name)
         except KnowledgeError as error:
-            unread = "no valid Turtle" in str(error)
-            found.append(Fault(str(error), "correct it there or just before" if unread else ""))
+            syntax = "no valid Turtle" in str(error)
+            found.append(Fault(str(error), "correct it there or just before" if syntax else ""))
     if "domain.ttl" not in graphs:
         return None, found
-    whole = not found
+    whole = len(found) == len(unread)
     domain, doubts = _domain_of(files, graphs)
     found += doubts
     if not whole:

@@ -124,7 +124,8 @@ class Versions:
     def files(self, revision: str | None) -> dict[str, bytes]:
         """Return the files at a revision; those on disk if it is None."""
         if revision is None:
-            return read_files(self.repo.root / self.folder, self.repo.root)
+            found = read_files(self.repo.root / self.folder, self.repo.root)
+            return {name: found[name] for name in in_order(found)}
         blobs = self._blobs(revision)
         return {name: self.repo.blob(blobs[name]) for name in in_order(blobs)}
 
@@ -230,8 +231,9 @@ class Versions:
 
     @lru_cache(maxsize=4096)  # noqa: B019
     def _is_readable(self, blob: str, name: str) -> bool:
+        data = self._blob(blob)  # one that is damaged is no file that somebody left so
         try:
-            return parsed(self._blob(blob), name) is not None
+            return parsed(data, name) is not None
         except KnowledgeError:
             return False
 

@@ -136,6 +136,20 @@ def test_writers_beside_plain_git_commits_lose_nothing(tmp_path: Path) -> None:
     assert git("fsck", "--strict")
 
 
+def test_who_waits_for_a_commit_under_way_says_so_and_not_for_ever(tmp_path: Path) -> None:
+    keeper(tmp_path)
+    repo, intent = Repo.open_or_init(tmp_path), tmp_path / ".git/adaptbot/intent.json"
+    with repo.writing():
+        intent.write_bytes(b"{}")
+        command = [sys.executable, "-m", "adaptbot_cli", "kg", "show", "--workspace", tmp_path]
+        reader = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        assert reader.stderr and b"another adaptbot is writing" in reader.stderr.readline().lower()
+        intent.unlink()
+        with pytest.raises(KnowledgeError, match="stopped"), repo.writing(timeout=0):
+            pass
+    assert b"egg" in reader.communicate()[0] and reader.returncode == 0
+
+
 def test_a_run_that_started_before_another_learned_keeps_what_both_learned(tmp_path: Path) -> None:
     root = tmp_path / "home"
     one, two = keeper(root), keeper(root)

@@ -91,6 +91,18 @@ def test_a_fault_in_an_edit_is_not_committed(one: Keeper, tmp_path: Path) -> Non
     assert "ex:chard" in committed(tmp_path, STATE)
 
 
+def test_nor_is_one_beside_a_damaged_version(one: Keeper, tmp_path: Path) -> None:
+    one.keep(leek("fridge"))
+    edit(tmp_path, ATTRIBUTES, "\nex:mug a ex:mreceptacle .\n")  # without a name
+    repo = Repo.open_or_init(tmp_path)
+    head = repo.head()
+    sha = repo.blobs(head, [ATTRIBUTES])[ATTRIBUTES]
+    (tmp_path / ".git/objects" / sha[:2] / sha[2:]).unlink()
+    with pytest.raises(KnowledgeError, match="git fsck"):
+        one.keep(item("chard", "fridge"))
+    assert repo.head() == head
+
+
 def test_a_hand_written_pack_with_faults_is_used_and_left_uncommitted(tmp_path: Path) -> None:
     keeper(tmp_path / "other")
     root = tmp_path / "home"

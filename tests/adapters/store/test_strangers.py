@@ -12,6 +12,7 @@ import pytest
 from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.store.git import Repo
 from adaptbot_cli.adapters.store.keeper import Keeper
+from adaptbot_cli.adapters.store.reading import check_files
 from adaptbot_cli.adapters.store.trailers import answers, compose, parse
 from adaptbot_cli.adapters.store.versions import Versions
 from adaptbot_cli.adapters.transcript.loading import (
@@ -24,6 +25,8 @@ from adaptbot_cli.adapters.transcript.loading import (
 from adaptbot_cli.errors import KnowledgeError, PackError, UsageError
 from adaptbot_cli.session import sources
 from adaptbot_cli.session.build import recording
+from adaptbot_cli.session.home import Home
+from adaptbot_cli.session.validation import validate
 from adaptbot_cli.workspace import Workspace, find
 from tests.adapters.store.homes import ORIGIN, begun, item, keeper, leek
 
@@ -61,10 +64,28 @@ def test_what_is_linked_is_not_followed(root: Path, tmp_path: Path, name: str) -
             sources.load(Workspace(root), "kitchen")
 
 
-def test_linked_transcripts_are_refused(root: Path, tmp_path: Path) -> None:
-    (root / "transcripts").symlink_to(tmp_path)
-    with pytest.raises(KnowledgeError, match="symbolic link"):
+@pytest.mark.parametrize("name", ["kg", "kg/kitchen", "transcripts"])
+@pytest.mark.parametrize("kind", ["link", "pipe"])
+def test_what_is_no_folder_is_not_passed_over(
+    root: Path, tmp_path: Path, name: str, kind: str
+) -> None:
+    if (root / name).exists():
+        (root / name).rename(tmp_path / "outside")
+    (root / name).symlink_to(tmp_path) if kind == "link" else os.mkfifo(root / name)
+    with pytest.raises(KnowledgeError, match="symbolic link" if kind == "link" else "no folder"):
+        Workspace(root).files("kitchen")
         _ = Workspace(root).transcripts
+    with pytest.raises(KnowledgeError, match="could not be read"):
+        Workspace(root / "adaptbot.toml").has("kitchen")
+
+
+def test_a_file_that_is_no_domains_is_a_fault_and_not_read(root: Path) -> None:
+    (root / "kg/kitchen/facts.ttl").write_bytes(b"\xff\0")
+    assert str(next(iter(validate(Workspace(root), "kitchen")))).count("facts.ttl") == 1
+    home = Home(Workspace(root), "kitchen")
+    assert home.versions and home.facts == home.versions.origins(home.facts, home.pack).keys()
+    assert Keeper(root, "kitchen", ORIGIN).keep(item("okra", "fridge")).revision
+    assert "facts.ttl" in [fault.file for fault in check_files({"facts.ttl": b"\xff"})[1]]
 
 
 @pytest.mark.parametrize("folder", ["transcripts", "transcripts/sittings"])

@@ -12,6 +12,7 @@ from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.adapters.store.versions import Versions, facts_of
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.terms import Triple
+from adaptbot_cli.errors import KnowledgeError
 from tests.adapters.store.homes import ex, item, keeper, leek
 from tests.adapters.store.test_turtle import PACK, documents, facts
 from tests.properties import examples
@@ -120,3 +121,17 @@ def test_history_is_that_of_the_branch(tmp_path: Path) -> None:
     back = Versions.of(tmp_path, "kitchen")
     assert next(t.sha for t in back.taught()) == first == Repo.open_or_init(tmp_path).head()
     assert list(back.taught(str(ex("chard")))) == []
+
+
+@pytest.mark.parametrize("lost", ["kg/kitchen/state.ttl", "kg", ""])
+def test_of_a_damaged_version_nothing_is_made_up(tmp_path: Path, lost: str) -> None:
+    """What cannot be read is no file that somebody left as no Turtle, nor an empty folder."""
+    one = keeper(tmp_path)
+    for place in ("fridge", "table"):
+        one.keep(item(place[0], place))
+    tree = Repo.open_or_init(tmp_path).libgit2.revparse_single(f"HEAD~1:{lost}")
+    (tmp_path / f".git/objects/{str(tree.id)[:2]}/{str(tree.id)[2:]}").unlink()
+    for cache in (tmp_path / ".git/adaptbot").glob("cache-*"):
+        cache.unlink()
+    with pytest.raises(KnowledgeError, match="git fsck"):
+        list(Versions.of(tmp_path, "kitchen").taught())
