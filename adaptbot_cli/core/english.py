@@ -51,7 +51,7 @@ COURTESY = _phrases("""
 """)
 """Phrases that only ask, though their words do not by themselves."""
 
-QUESTIONS = _words("is are does has")
+QUESTIONS = _words("is are does has who")
 """Words that make a question of a request where they begin it."""
 
 PRONOUNS = _words("it them this that these those one")

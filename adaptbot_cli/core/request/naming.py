@@ -57,6 +57,11 @@ class Phrase:
         """The words as one text."""
         return " ".join(self.words)
 
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The names of what it may mean: one thing, or those of its number."""
+        return (self.thing,) if self.thing else self.several
+
 
 @dataclass(slots=True)
 class Naming:
@@ -300,6 +305,8 @@ class Naming:
                 at += 1  # "two toys", and not the toy 2 of "toy 2 in the box"
             if at >= len(tokens) or not self.same(tokens[at], wanted):
                 return 0
+            if tokens[at] in singulars(wanted) and self.kg.numbered(tokens[at]):
+                return 0  # a toy is not the toys
             at += 1
         return at
 
