@@ -136,7 +136,10 @@ class Naming:
     def respelt(self, tokens: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
         """Return the words with slips of the pen put right, and which were."""
         explained = {
-            word for part in self.parts(tokens) if part.role != "unread" for word in part.words
+            word
+            for part in self.parts(tokens)
+            if part.role != "unread" or part.words in english.OTHERS
+            for word in part.words
         }
         guesses, found = [], []
         for word in tokens:
@@ -203,7 +206,7 @@ class Naming:
             ("allergy", english.ALLERGY), ("without", english.WITHOUT), ("with", english.WITH),
             ("and", english.AND), ("or", english.OR), ("but", english.BUT), ("to", english.TO),
             ("from", english.FROM), ("of", english.OF), ("for", english.FOR),
-            ("word", english.COURTESY),
+            ("word", english.COURTESY), ("unread", english.OTHERS),
         )  # fmt: skip
         best: Phrase | None = None
         for role, phrases in tables:
