@@ -370,8 +370,8 @@ class Clauses:
         self.pending, self.run = [], []
         draft = _Draft(part.task, amount=self.number or part.number or 1)
         self.number, self.mode, self.joined, self.asked = 0, "main", False, True
-        only = self.drafts[-1:] if not cooks and self.drafts[:1] == self.drafts[-1:] else []
-        if only and only[0].task is None and not only[0].things:
+        first = self.drafts[0] if len(self.drafts) == 1 and not cooks else draft
+        if first.place and not (first.task or first.action or first.things):
             draft.place = self.drafts.pop().place  # "on the shelf, put the book"
         self.drafts.append(draft)
         draft.words += (part.called or part.words) if not cooks else ()
@@ -616,7 +616,8 @@ class Clauses:
         more = draft.known and self.mode == "main" and not self.naming.cooks
         if more and not (self.joined and self._widened(draft)):
             self._miss(part.text)
-            return
+            if not part.things:
+                return
         if part.things:
             draft.things += part.things
             draft.several += part.several
