@@ -51,7 +51,13 @@ COURTESY = _phrases("""
 """)
 """Phrases that only ask, though their words do not by themselves."""
 
-QUESTIONS = _words("is are does has")
+OTHERS = _phrases("""
+    she will, he will, they will, she should, he should, they should, she wants to, he wants to
+    i will make, i'll make, i'm going to make, let me make, have you
+""")
+"""Beginnings that leave what follows to somebody else, or ask whether it has been done."""
+
+QUESTIONS = _words("is are does has who")
 """Words that make a question of a request where they begin it."""
 
 PRONOUNS = _words("it them this that these those one")

@@ -113,7 +113,8 @@ def worded(pattern: str, flags: int = 0) -> re.Pattern[str]:
 
 FORBIDDING = (
     r"(?:(?:[a-z]+[_ ]){0,3}(?:do|to)[_ ](?:not|avoid)(?:[_ ]do)?|(?:what )?not[_ ]to[_ ]do"
-    r"|don.?t(?: do)?|avoid|never|not|forbidden|(?:bad|wrong|incorrect)[_ ](?:example|plan|steps?))"
+    r"|don.?t(?: do)?|avoid|never|not|forbidden"
+    r"|(?:bad|wrong|incorrect)(?:[_ ](?:example|plan|steps?|way))?)"
 )
 FORBIDS = worded(rf"{FORBIDDING}\Z")
 """A head or a key of what is not to be done."""

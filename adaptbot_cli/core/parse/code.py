@@ -47,10 +47,12 @@ _TIMES = calls.worded(
 _CHOICE = calls.worded(
     r"[*_]*(?:(?:(?:option|alternative|variant|approach|method)\s+(?:[2-9b-f]|two|three|four)"
     r"|plan\s+[b-f]|alternative\s+(?:plan|steps|sequence|approach))\b[^:\n]{0,40}:|alternatively\b[,:]?"
-    rf"|{calls.FORBIDDING}[\s*_]*:)"
+    rf"|(?P<brief>{calls.FORBIDDING}|(?:for )?examples?"
+    r"|(?:(?:first|rough|initial) )?draft)[\s*_]*:)"
     r"[\s*_]*"
 )
-"""A head of what may be done in place of what stands before, or never is: "Option 2:", "Avoid:"."""
+"""A head of what may be done in place of what stands before, only shows how, or never is done:
+"Option 2:", "Example:", "Avoid:"."""
 _KEYED = re.compile(rf"(?:{'|'.join(REPETITIONS)}|for_?each|while|until|if|unless):[ ]+(\S[^\n]*)")
 """A key of a structure that says how often, or when, the steps beside it are done."""
 _LOOP = calls.worded(r"\s*(?:\w+\s*:?=|\w+(?:\s*,\s*\w+)* in\b|(?:each|every|all)\b|\()")
@@ -131,7 +133,7 @@ def read_head(text: str, start: int, end: int, indent: int, fenced: bool) -> Hea
     if choice is not None:
         head, opens = choice[0].strip(" :,*_\t"), not text[choice.end() : end].strip(" {*_`\t")
         # Their steps need not be deeper: of two ways the second goes on to the end.
-        brief = calls.FORBIDS.match(head) is not None
+        brief = choice["brief"] is not None
         in_list = start - text.rfind("\n", 0, start) - 1 > indent
         indent -= opens and not (brief and in_list)
         block = Block(indent, "condition", head, start, brief=brief)

@@ -38,6 +38,7 @@ class _Draft:
     task: Task | None
     words: list[str] = field(default_factory=list)
     things: list[str] = field(default_factory=list)
+    several: list[str] = field(default_factory=list)
     states: list[tuple[str, str]] = field(default_factory=list)
     inside: list[tuple[str, str]] = field(default_factory=list)
     action: Action | None = None
@@ -45,6 +46,11 @@ class _Draft:
     place: str = ""
     own: str = ""
     without: list[str] = field(default_factory=list)
+
+    @property
+    def known(self) -> bool:
+        """Whether it is a task that the domain lists, with goals of its own."""
+        return self.task is not None and self.task.known
 
 
 @dataclass(slots=True)
@@ -204,9 +210,12 @@ class Clauses:
         first = following[0] if following else None
         verbal = bool(set(part.words) & english.VERBAL) or part.words == ("do", "not")
         steps = first is not None and first.action is not None and not self._uses(first)
-        takes_back = verbal and (first is None or self._asks(first))
+        asks = first is not None and self._asks(first)  # "instead of making tea" takes back as well
+        takes_back = (verbal and (first is None or asks)) or (asks and following[0].role == "word")
         strange = first is not None and self._strange(first, verbal and part.words != ("not",))
-        if takes_back or strange or (steps and self.naming.cooks):
+        article, made_of, dish = (*parts[at + 1 : at + 4], part, part, part)[:3]
+        whole = {"a", "an"} & {*article.words} and made_of.thing and dish.task and not dish.thing
+        if takes_back or strange or whole or (steps and self.naming.cooks):
             return 1 + self._refuse(parts[at + 1 :], strange)
         ends = BOUNDARIES | {"to", "from", "for"}
         if _empty(takewhile(lambda p: p.role not in ends, parts[at + 1 :])):
@@ -350,8 +359,8 @@ class Clauses:
     def _begin(self, part: Phrase) -> None:
         """Begin a task, with the things before it that belong to it."""
         cooks = self.naming.cooks
-        before = [*self.pending, *self.run] if cooks else []
-        if self.drafts and not self.joined and not before:
+        before = [*self.pending, *self.run]
+        if self.drafts and not self.joined and not (before and cooks):
             last = self.drafts[-1]
             if not cooks or not last.own or last.things[1:]:
                 self._miss(part.text)
@@ -361,10 +370,14 @@ class Clauses:
         self.pending, self.run = [], []
         draft = _Draft(part.task, amount=self.number or part.number or 1)
         self.number, self.mode, self.joined, self.asked = 0, "main", False, True
+        first = self.drafts[0] if len(self.drafts) == 1 and not cooks else draft
+        if first.place and not (first.task or first.action or first.things):
+            draft.place = self.drafts.pop().place  # "on the shelf, put the book"
         self.drafts.append(draft)
+        draft.words += (part.called or part.words) if not cooks else ()
         for modifier in before:
             self._modify(draft, modifier)
-        draft.words += part.called or part.words
+        draft.words += (part.called or part.words) if cooks else ()
         if part.thing and cooks:
             draft.own = part.thing
             draft.things.append(part.thing)
@@ -372,11 +385,11 @@ class Clauses:
             self.state = ""
 
     def _modify(self, draft: _Draft, part: Phrase) -> None:
-        """Let what stands before a dish go into it, if it is a thing or could be one."""
+        """Let what stands before a task go into it: a thing or, in a dish, what could be one."""
         name = part.text.replace(" ", "_")
-        if part.thing or part.several:
-            draft.things += [part.thing] if part.thing else part.several
-        elif self.naming.noun(part.text):
+        if part.things:
+            draft.things += part.things
+        elif self.naming.cooks and self.naming.noun(part.text):
             draft.things.append(name)
         else:
             self._miss(part.text)
@@ -389,10 +402,14 @@ class Clauses:
         if set(part.words) & english.MEASURES and after and after[0].role == "of":
             self.run.append(replace(part, task=None))  # the number goes to what it is full of
             return
+        if not singulars(part.words[-1]):
+            several = several[:1]  # "a toy", of four
         if several and self.number:
             several = several[: self.number]
             if len(several) < self.number:
                 self._miss(f"{self.number} {part.text}")
+        elif not self.naming.cooks and after and after[0].things:
+            self._miss(f"{part.text} {after[0].text}")  # "the glass table"
         elif self.number > 1:
             self._miss(f"{self.number} {part.text}")  # no plan counts its eggs
         self.number = 0
@@ -482,7 +499,7 @@ class Clauses:
         kg = self.naming.kg
         things = [*(self.current.things if self.current else ()), *(p.thing for p in self.pending)]
         places = kg.find(place)
-        return all(
+        return bool(things) and all(
             any(e in places or kg.is_within(e, at) for e in kg.find(thing)[:1] for at in places)
             for thing in filter(None, things)
         )
@@ -596,10 +613,15 @@ class Clauses:
             return
         name = part.text.replace(" ", "_")
         behind = self.mode == "with" or not self.naming.cooks
-        if part.thing or part.several:
-            found = [part.thing] if part.thing else list(part.several)
-            draft.things += found
-            draft.states += [(found[0], part.state)] if part.state else []
+        more = draft.known and self.mode == "main" and not self.naming.cooks
+        if more and not (self.joined and self._widened(draft)):
+            self._miss(part.text)
+            if not part.things:
+                return
+        if part.things:
+            draft.things += part.things
+            draft.several += part.several
+            draft.states += [(part.things[0], part.state)] if part.state else []
         elif behind and (
             self.naming.noun(part.text, anything=draft.action is not None)
             or self._nameless(part.text)
@@ -609,6 +631,25 @@ class Clauses:
             self._miss(part.text)
             return
         draft.words += (*(("with",) if self.mode == "with" else ()), *part.words)
+
+    def _widened(self, draft: _Draft, less: Iterable[str] = ()) -> bool:
+        """Whether a known errand can be about more, or `less`, than its name says: it then becomes
+        one of its class, "clean the table and the shelf"."""
+        for at in range(len(draft.words) - 1, 0, -1):
+            general = self.naming.domain.task_classes.get("_".join(draft.words[:at]))
+            parts = self.naming.parts(draft.words[at:])
+            about = list(takewhile(lambda p: p.role != "to", parts))
+            there = parts[len(about) + 1 :]
+            named = [name for part in about for name in part.things]
+            if not all(p.things for p in (*about, *there)) or there[1:]:
+                continue
+            if general is not None and (not less or {*less} & {*named}):
+                draft.task = general
+                draft.things = [*named, *draft.things]
+                draft.several += [n for p in about for n in p.several]
+                draft.place = draft.place or "".join(p.things[0] for p in there)
+                return True
+        return False
 
     def _nameless(self, phrase: str) -> bool:
         """Whether a short phrase may name a thing that no dictionary has."""
@@ -626,17 +667,26 @@ class Clauses:
         self._share()
         for clause in self.refused if self.drafts else ():
             self._ruled_out(clause)
+        for draft in self.drafts if not self.naming.cooks else ():
+            if draft.known and self.excluded:
+                self._widened(draft, self.excluded)
+            left_out = {*draft.several} & {*self.excluded}
+            draft.things = [name for name in draft.things if name not in left_out]
 
     def _share(self) -> None:
         """Let a bare verb be about what the verb beside it is: "wash and fold the towels"."""
         for n, draft in enumerate(self.drafts):
-            about = draft.things or draft.place or draft.task is None or draft.task.known
-            if self.naming.cooks or about or set(draft.words[1:]) - PARTICLES:
+            if self.naming.cooks or draft.things or draft.task is None or draft.known:
                 continue
-            for other in (*self.drafts[n + 1 : n + 2], *self.drafts[max(n - 1, 0) : n]):
+            named = {*takewhile(lambda word: word != "to", draft.words[1:])} - PARTICLES
+            if named or (draft.place and not any(goal.places for goal in draft.task.goals)):
+                continue
+            # "wash and fold the towels", but "fold the towels and put them on the bed"
+            behind = self.drafts[n + 1 : n + 2] if not draft.place else []
+            for other in (*behind, *self.drafts[max(n - 1, 0) : n]):
                 needs = other.task.required if other.task else ()
-                named = [name for name in needs if set(words(name)) <= set(other.words)]
-                draft.things = draft.things or other.things or named
+                called = [name for name in needs if set(words(name)) <= set(other.words)]
+                draft.things = draft.things or other.things or called
             if not draft.things:
                 self._miss(f"what to {' '.join(draft.words)}")
 
@@ -647,13 +697,13 @@ class Clauses:
             return
         if self.current is not None:
             for part in left:
-                self._add(part) if part.thing or part.several else self._miss(part.text)
+                self._add(part) if part.things else self._miss(part.text)
             return
         draft = _Draft(None)
         self.drafts.append(draft)
         for part in left:
-            if part.thing or part.several:
-                draft.things += [part.thing] if part.thing else part.several
+            if part.things:
+                draft.things += part.things
                 draft.states += [(draft.things[-1], part.state)] if part.state else []
             elif not (self.asked and self.naming.noun(part.text) and len(left) == 1):
                 self._miss(part.text)
@@ -695,7 +745,10 @@ class Clauses:
         if task is not None and task.iri is not None:
             needed = [n for n in task.required if not any(self._serves(t, n) for t in things)]
             required = tuple(dict.fromkeys((*needed, *things)))
-            asked = any(concerns(goal, things, naming.kg) for goal in task.goals)
+            asked = any(
+                concerns(goal, (n for n in things if n != place or not goal.places), naming.kg)
+                for goal in task.goals
+            )
             return replace(
                 read,
                 thin=bool(things) and not asked and not task.known and not naming.cooks,

@@ -57,6 +57,11 @@ class Phrase:
         """The words as one text."""
         return " ".join(self.words)
 
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The names of what it may mean: one thing, or those of its number."""
+        return (self.thing,) if self.thing else self.several
+
 
 @dataclass(slots=True)
 class Naming:
@@ -131,7 +136,10 @@ class Naming:
     def respelt(self, tokens: list[str]) -> tuple[list[str], list[tuple[str, str]]]:
         """Return the words with slips of the pen put right, and which were."""
         explained = {
-            word for part in self.parts(tokens) if part.role != "unread" for word in part.words
+            word
+            for part in self.parts(tokens)
+            if part.role != "unread" or part.words in english.OTHERS
+            for word in part.words
         }
         guesses, found = [], []
         for word in tokens:
@@ -198,7 +206,7 @@ class Naming:
             ("allergy", english.ALLERGY), ("without", english.WITHOUT), ("with", english.WITH),
             ("and", english.AND), ("or", english.OR), ("but", english.BUT), ("to", english.TO),
             ("from", english.FROM), ("of", english.OF), ("for", english.FOR),
-            ("word", english.COURTESY),
+            ("word", english.COURTESY), ("unread", english.OTHERS),
         )  # fmt: skip
         best: Phrase | None = None
         for role, phrases in tables:
@@ -300,6 +308,8 @@ class Naming:
                 at += 1  # "two toys", and not the toy 2 of "toy 2 in the box"
             if at >= len(tokens) or not self.same(tokens[at], wanted):
                 return 0
+            if tokens[at] in singulars(wanted) and self.kg.numbered(tokens[at]):
+                return 0  # a toy is not the toys
             at += 1
         return at
 
