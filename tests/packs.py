@@ -79,6 +79,11 @@ HOUSEHOLD: Final = Pack("household")
 PACKS: Final = (KITCHEN, HOUSEHOLD)
 
 
+def names(text: str) -> tuple[str, ...]:
+    """Return the names in a text with commas between them."""
+    return tuple(" ".join(name.split()) for name in text.split(","))
+
+
 def calls(lines: list[str]) -> list[tuple[str, list[str]]]:
     """Return a rendered plan's calls as (action, arguments); every line must be one."""
     parsed = []

@@ -13,62 +13,24 @@ from adaptbot_cli.core.ask.questions import Question, Suggestion
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.scene import Scene
 from adaptbot_cli.resources import bundled
-from tests.packs import EX, FALSE, KITCHEN, TRUE, calls
+from tests.packs import EX, FALSE, KITCHEN, TRUE, calls, names
 
-PAPER_RECIPES: Final = (
-    "chocolate cookies",
-    "peanut butter cookies",
-    "italian burger",
-    "bbq crunch burger",
-    "mac and cheese burger",
-    "onion sandwich",
-    "mushroom sandwich",
-    "chicken salad sandwich",
-    "french toast sandwich",
-    "tomato soup",
-    "cucumber salad",
-    "greek salad",
-    "peppermint iced tea",
-    "chai tea latte",
-    "ginger iced tea",
-    "chargrilled bbq burger",
-    "chili burger",
-    "tea scones",
-    "stop and go tea sandwich",
-    "green tea lava cake",
-    "egg and spinach sandwich",
-    "chocolate and banana toasted sandwich",
-    "veggie sandwich panini",
-    "split pea soup",
-    "potato soup",
-    "weight watchers golden cream soup",
-    "basil tomato mozzarella salad",
-    "ham pea and cheese salad",
-    "anja's egg salad",
-    "mozzarella beef burger",
-)
-RECORDED_DISHES: Final = (
-    "omelette",
-    "lime water",
-    "coffee",
-    "french toast",
-    "fruit cake",
-    "lime tea",
-    "potato fry",
-    "bread pudding",
-    "avocado toast",
-    "mashed potato",
-    "fruit salad",
-    "butter chicken",
-    "mango lassi",
-    "egg sandwich",
-    "hot chocolate",
-    "apple smoothie",
-    "samosa",
-    "onion soup",
-    "carrot pudding",
-    "banana chips",
-)
+PAPER_RECIPES: Final = names("""
+    chocolate cookies, peanut butter cookies, italian burger, bbq crunch burger, mac and
+    cheese burger, onion sandwich, mushroom sandwich, chicken salad sandwich, french toast
+    sandwich, tomato soup, cucumber salad, greek salad, peppermint iced tea, chai tea latte,
+    ginger iced tea, chargrilled bbq burger, chili burger, tea scones, stop and go tea
+    sandwich, green tea lava cake, egg and spinach sandwich, chocolate and banana toasted
+    sandwich, veggie sandwich panini, split pea soup, potato soup, weight watchers golden
+    cream soup, basil tomato mozzarella salad, ham pea and cheese salad, anja's egg salad,
+    mozzarella beef burger
+""")
+RECORDED_DISHES: Final = names("""
+    omelette, lime water, coffee, french toast, fruit cake, lime tea, potato fry, bread
+    pudding, avocado toast, mashed potato, fruit salad, butter chicken, mango lassi, egg
+    sandwich, hot chocolate, apple smoothie, samosa, onion soup, carrot pudding, banana
+    chips
+""")
 ATTRIBUTE_OF_ROLE: Final = {
     "sliced": EX.IsSliceable,
     "boiled": EX.Boilable,
