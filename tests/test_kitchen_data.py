@@ -6,13 +6,10 @@ import pytest
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.ask import suggest
 from adaptbot_cli.core.ask.questions import Question, Suggestion
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.resources import bundled
 from tests.packs import EX, FALSE, KITCHEN, TRUE, calls, names
 
 PAPER_RECIPES: Final = names("""
@@ -120,7 +117,7 @@ def test_the_omelette_plan_holds_what_the_demo_shows() -> None:
 
 def test_a_likely_kind_is_told_with_what_the_things_have_in_common() -> None:
     """Nothing but garlic: that words have no definition here is nothing in common."""
-    kg = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    kg = KITCHEN.kg()
     scene, lexicon = Scene(kg, Task("none")), WordNet()
     for word in suggest.words_to_look_up(Question("kind", "leek", ""), scene):
         scene.around[word] = lexicon.related(word, kg.domain.noun_fields)

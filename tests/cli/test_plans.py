@@ -7,8 +7,6 @@ import pytest
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans, plan_file
 from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Answer, Question
 from adaptbot_cli.core.graph.delta import Delta
@@ -19,6 +17,7 @@ from adaptbot_cli.resources import bundled
 from tests.cli.attended import ENTER, tty
 from tests.cli.command import Home
 from tests.loopback import scripted
+from tests.packs import KITCHEN
 
 MILK = """pick_up_rec("glass")
 put_down_rec("glass", "table")
@@ -165,7 +164,7 @@ def test_a_plan_behind_a_link_is_not_read(home: Home, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def kitchen():  # type: ignore[no-untyped-def]
-    return load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    return KITCHEN.kg()
 
 
 @pytest.mark.parametrize(
