@@ -134,6 +134,7 @@ OTHERS = [Related(w, "hyponym", 1, 1, "noun.artifact", w) for w in ("beam", "sta
     ("words", "thing"),
     [
         ([SYNONYM], "board"),
+        ([related("stave", "synonym"), SYNONYM], "board"),
         ([related("board", "hypernym", 1)], "board"),
         ([related("board", "hypernym", 2)], ""),
         ([related("board", "hyponym", 1)], "board"),
