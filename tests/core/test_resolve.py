@@ -142,6 +142,7 @@ OTHERS = [Related(w, "hyponym", 1, 1, "noun.artifact", w) for w in ("beam", "sta
         ([related("plank", "hypernym", 2), related("board", "hypernym", 1)], "board"),
         ([related("anchor", "synonym"), related("board", "synonym", sense=2)], ""),
         ([related("board", "synonym", sense=2)], ""),
+        ([SYNONYM, related("plank", "synonym", sense=2)], "board"),
         ([SYNONYM, related("boards", "synonym")], "board"),
         ([SYNONYM, related("plank", "synonym")], ""),
         ([related("bench", "synonym")], ""),

@@ -146,12 +146,18 @@ def test_a_state_word_asks_for_the_state() -> None:
 
 
 @pytest.mark.parametrize(
-    ("required", "drop", "dropped"),
-    [((), True, True), (("gadget",), True, False), ((), False, False)],
+    ("text", "required", "drop", "dropped"),
+    [
+        ("take(gadget)", (), True, "gadget"),
+        ("take(gadget)", ("gadget",), True, ""),
+        ("take(gadget)", (), False, ""),
+        ("polish(board)", (), True, "polish"),
+        ("polish(board)", ("board",), True, ""),
+    ],
 )
-def test_what_is_set_aside_drops_its_step_unless_it_is_required(
-    required: tuple[str, ...], drop: bool, dropped: bool
+def test_what_is_set_aside_drops_its_step_unless_something_of_it_is_required(
+    text: str, required: tuple[str, ...], drop: bool, dropped: str
 ) -> None:
     at = scene(workshop(), *required)
-    at.aside, at.drop = frozenset({"gadget"}), drop
-    assert understand(call("take(gadget)"), at).dropped == ("gadget" if dropped else "")
+    at.aside, at.drop = frozenset({"gadget", "polish"}), drop
+    assert understand(call(text), at).dropped == dropped
