@@ -33,6 +33,7 @@ def value(text: str, parameter: str) -> object:
         ("drill_hole(board)", 'drill_hole("board")', []),  # no attribute of what is left out
         ("drill_hole(board, bench)", 'drill_hole("board", "bench")', []),  # the tool is skipped
         ("switch(stove, OFF)", 'switch("stove", "off")', []),
+        ("wait(35)", "wait(35)", []),
         ("turn_on(stove)", 'switch("stove", "on")', ["switch"]),
         ("turn_off(stove)", 'switch("stove", "off")', ["switch"]),
     ],
