@@ -1,5 +1,6 @@
 """The bundled domain packs as plain graphs, for tests of their data."""
 
+import os
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -10,8 +11,13 @@ from rdflib import RDF, RDFS, Graph, Literal, Namespace
 from rdflib.term import Node
 
 from adaptbot_cli.adapters.planner.library import LibraryPlan, read_library
+from adaptbot_cli.adapters.store.files import read_files
+from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
+from adaptbot_cli.core.graph.kg import Kg
 
 ROOT: Final = Path(__file__).resolve().parents[1]
+PUBLISHED: Final = Path(os.environ.get("ADAPTBOT_PUBLISHED") or ROOT.parent / "shared/published")
+"""The recordings and graphs of the paper's authors, where they are at hand."""
 AB: Final = Namespace("urn:adaptbot:")
 EX: Final = Namespace("http://example.org/")
 TRUE: Final = Literal(True)
@@ -29,6 +35,10 @@ class Pack:
     @property
     def folder(self) -> Path:
         return ROOT / "kg" / self.name
+
+    def kg(self, *facts: Path) -> Kg:
+        """Return the domain as a new graph of its own, with its facts or those of other files."""
+        return load_kg(read_files(self.folder), self.name, read_graphs(facts))
 
     @cache  # noqa: B019 - the packs are module constants
     def graph(self, *files: str) -> Graph:
@@ -77,6 +87,11 @@ class Pack:
 KITCHEN: Final = Pack("kitchen")
 HOUSEHOLD: Final = Pack("household")
 PACKS: Final = (KITCHEN, HOUSEHOLD)
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Return the names in a text with commas between them."""
+    return tuple(" ".join(name.split()) for name in text.split(","))
 
 
 def calls(lines: list[str]) -> list[tuple[str, list[str]]]:

@@ -15,7 +15,7 @@ from adaptbot_cli.session.replay import check
 from adaptbot_cli.session.sources import load
 from adaptbot_cli.workspace import Workspace
 from tests.asking import task_for
-from tests.packs import EX, FALSE, HOUSEHOLD, KITCHEN, TRUE
+from tests.packs import EX, FALSE, HOUSEHOLD, KITCHEN, TRUE, names
 
 TASKS: Final[Mapping[str, set[str]]] = {
     "clean the bedroom_floor": {"mop_cloth"},
@@ -44,24 +44,12 @@ OTHER_NAMES: Final = {
     "pick up and put all the toys to the toy box": "pick up and put all the toys in the toy box",
     "do the laundry": "wash the clothes",
 }
-UNLISTED: Final = (
-    "iron the shirt",
-    "fold the laundry",
-    "set the table",
-    "clear the table",
-    "turn on the TV",
-    "turn off the lamp",
-    "put away the books",
-    "put away the dishes",
-    "wipe the kitchen floor",
-    "clean the windows with the sponge",
-    "wash the shirt",
-    "wash the cup",
-    "throw away the newspaper",
-    "bring the newspaper",
-    "water the houseplant",
-    "clean the bathroom",
-)
+UNLISTED: Final = names("""
+    iron the shirt, fold the laundry, set the table, clear the table, turn on the TV, turn
+    off the lamp, put away the books, put away the dishes, wipe the kitchen floor, clean the
+    windows with the sponge, wash the shirt, wash the cup, throw away the newspaper, bring
+    the newspaper, water the houseplant, clean the bathroom
+""")
 FACTS: Final = HOUSEHOLD.facts
 
 

@@ -6,69 +6,28 @@ import pytest
 
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.library import LibraryPlan, nearest_plan
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.ask import suggest
 from adaptbot_cli.core.ask.questions import Question, Suggestion
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.resources import bundled
-from tests.packs import EX, FALSE, KITCHEN, TRUE, calls
+from tests.packs import EX, FALSE, KITCHEN, TRUE, calls, names
 
-PAPER_RECIPES: Final = (
-    "chocolate cookies",
-    "peanut butter cookies",
-    "italian burger",
-    "bbq crunch burger",
-    "mac and cheese burger",
-    "onion sandwich",
-    "mushroom sandwich",
-    "chicken salad sandwich",
-    "french toast sandwich",
-    "tomato soup",
-    "cucumber salad",
-    "greek salad",
-    "peppermint iced tea",
-    "chai tea latte",
-    "ginger iced tea",
-    "chargrilled bbq burger",
-    "chili burger",
-    "tea scones",
-    "stop and go tea sandwich",
-    "green tea lava cake",
-    "egg and spinach sandwich",
-    "chocolate and banana toasted sandwich",
-    "veggie sandwich panini",
-    "split pea soup",
-    "potato soup",
-    "weight watchers golden cream soup",
-    "basil tomato mozzarella salad",
-    "ham pea and cheese salad",
-    "anja's egg salad",
-    "mozzarella beef burger",
-)
-RECORDED_DISHES: Final = (
-    "omelette",
-    "lime water",
-    "coffee",
-    "french toast",
-    "fruit cake",
-    "lime tea",
-    "potato fry",
-    "bread pudding",
-    "avocado toast",
-    "mashed potato",
-    "fruit salad",
-    "butter chicken",
-    "mango lassi",
-    "egg sandwich",
-    "hot chocolate",
-    "apple smoothie",
-    "samosa",
-    "onion soup",
-    "carrot pudding",
-    "banana chips",
-)
+PAPER_RECIPES: Final = names("""
+    chocolate cookies, peanut butter cookies, italian burger, bbq crunch burger, mac and
+    cheese burger, onion sandwich, mushroom sandwich, chicken salad sandwich, french toast
+    sandwich, tomato soup, cucumber salad, greek salad, peppermint iced tea, chai tea latte,
+    ginger iced tea, chargrilled bbq burger, chili burger, tea scones, stop and go tea
+    sandwich, green tea lava cake, egg and spinach sandwich, chocolate and banana toasted
+    sandwich, veggie sandwich panini, split pea soup, potato soup, weight watchers golden
+    cream soup, basil tomato mozzarella salad, ham pea and cheese salad, anja's egg salad,
+    mozzarella beef burger
+""")
+RECORDED_DISHES: Final = names("""
+    omelette, lime water, coffee, french toast, fruit cake, lime tea, potato fry, bread
+    pudding, avocado toast, mashed potato, fruit salad, butter chicken, mango lassi, egg
+    sandwich, hot chocolate, apple smoothie, samosa, onion soup, carrot pudding, banana
+    chips
+""")
 ATTRIBUTE_OF_ROLE: Final = {
     "sliced": EX.IsSliceable,
     "boiled": EX.Boilable,
@@ -158,7 +117,7 @@ def test_the_omelette_plan_holds_what_the_demo_shows() -> None:
 
 def test_a_likely_kind_is_told_with_what_the_things_have_in_common() -> None:
     """Nothing but garlic: that words have no definition here is nothing in common."""
-    kg = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    kg = KITCHEN.kg()
     scene, lexicon = Scene(kg, Task("none")), WordNet()
     for word in suggest.words_to_look_up(Question("kind", "leek", ""), scene):
         scene.around[word] = lexicon.related(word, kg.domain.noun_fields)

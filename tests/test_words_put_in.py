@@ -3,16 +3,13 @@
 import pytest
 
 from adaptbot_cli.adapters.lexicon import NoLexicon, WordNet
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.report import Result
-from adaptbot_cli.resources import bundled
 from adaptbot_cli.session.replay import check
+from tests import packs
 from tests.bench.names import meant, measured
 
-KITCHEN = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
-HOUSEHOLD = load_kg(read_files(bundled("kg") / "household"), "household")
+KITCHEN, HOUSEHOLD = packs.KITCHEN.kg(), packs.HOUSEHOLD.kg()
 WORDS = WordNet()
 
 

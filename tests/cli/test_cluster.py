@@ -104,7 +104,7 @@ def cluster(
         yield made
 
 
-def many(home: Home, n: int = 12) -> list[str]:
+def many(home: Home, n: int = 8) -> list[str]:
     """The command for some trials, half of which need another answer."""
     lines = [rows(n, WRONG, TEA).splitlines()[k] if k % 2 else rows(n).splitlines()[k]
              for k in range(n)]  # fmt: skip
@@ -213,7 +213,7 @@ def test_ctrl_c_is_heard_while_nothing_answers(home: Home) -> None:
             _connection = server.accept()
             running.process.kill(signal.SIGINT)
             ended = running.ends()
-    assert (ended.code, "0 of 36 trials are kept" in ended.err) == (130, True)
+    assert (ended.code, "0 of 24 trials are kept" in ended.err) == (130, True)
 
 
 def test_what_is_no_cluster_is_said(used: Home) -> None:

@@ -14,7 +14,6 @@ from tests.cli.command import Home
 EXISTS, ABSENT, SAME, LATER = "y", "n", "a", "l"
 
 CHIVES = 'I do not know "chives"'
-FORM = 'What do you know of "chives"'
 TABLE = 'I do not know "table"'
 KIND = 'What is "table"'
 
@@ -107,44 +106,6 @@ def test_ctrl_c_changes_nothing_and_keeps_the_answers(there: Home, question: str
     assert "finished" not in {turn["turn"] for turn in there.documents()[1:]}
 
 
-LEARNED: dict[str, tuple[Dialogue, list[str], list[str]]] = {
-    "an item that exists, with its place": (
-        [
-            (CHIVES, EXISTS),
-            ('What is "chives"', "1"),
-            (FORM, f"fri{ENTER}\t"),
-            ("Keep this", ENTER),
-        ],
-        ["exists", "object", "fridge"],
-        ["+ chives type object", "+ chives obj_location fridge"],
-    ),
-    "another name": (
-        [(CHIVES, SAME), ("Which one is", f"parsl{ENTER}"), ("Keep this", "y")],
-        ["is parsley"],
-        ["+ parsley alias chives"],
-    ),
-    "an absence": (
-        [(CHIVES, ABSENT), ("Keep this", "y")],
-        ["absent"],
-        ["+ kitchen absentItem chives"],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", LEARNED)
-def test_what_is_answered_is_learned(home: Home, name: str) -> None:
-    dialogue, answers, facts = LEARNED[name]
-    with tty(home, "run", "make omelette") as opened:
-        opened.answers(*dialogue)
-        opened.sees("executable, goal met")
-        assert opened.ends() == 0
-    assert told(home) == answers and {*facts} <= {*learned(home)}
-    assert len(home.subjects()) == 2
-    trailers, last = home.trailers(), f"-{len(facts)}"
-    assert trailers[f"Answer{last}"] == answers[-1:] and trailers[f"By{last}"][0]
-    assert re.fullmatch(r"\d{4}-\d\d-\d\dT.*", trailers[f"At{last}"][0])
-
-
 def test_what_is_refused_in_the_review_is_not_committed(there: Home) -> None:
     forget(there, "salad")
     before = knowledge(there)
@@ -176,26 +137,50 @@ def test_no_colour_where_none_is_wanted(home: Home, env: dict[str, str]) -> None
 SHALLOT = 'I do not know "shallot"'
 WHAT, ABOUT = 'What is "shallot"', 'What do you know of "shallot"'
 TOLD = "Keep what you have told so far"
+OMELETTE = ("make omelette",)
 SALAD = ("make salad", "--requires", "shallot")
 FRIDGE = (ABOUT, f"fri{ENTER}{ENTER}")
 FILLED = f"fri{ENTER}nyn{ENTER}"
 """The fridge; no liquid, to be sliced, not to be boiled; the rest as it is likely."""
 
 
-def test_one_new_object_costs_four_prompts_and_at_most_eight_keys(home: Home) -> None:
-    dialogue = [
-        (SHALLOT, EXISTS),
-        (WHAT, ENTER),
-        (ABOUT, f"fri{ENTER}{ENTER}"),
-        ("Keep this", ENTER),
-    ]
-    with tty(home, "run", *SALAD) as opened:
-        opened.answers(*dialogue)
-        assert opened.ends() == 0
+LEARNED: dict[str, tuple[tuple[str, ...], Dialogue, list[str], list[str]]] = {
+    "an item that exists, with its place": (
+        SALAD,
+        [(SHALLOT, EXISTS), (WHAT, ENTER), FRIDGE, ("Keep this", ENTER)],
+        ["exists", "object", "fridge"],
+        ["+ shallot type object", "+ shallot obj_location fridge"],
+    ),
+    "another name": (
+        OMELETTE,
+        [(CHIVES, SAME), ("Which one is", f"parsl{ENTER}"), ("Keep this", "y")],
+        ["is parsley"],
+        ["+ parsley alias chives"],
+    ),
+    "an absence": (
+        OMELETTE,
+        [(CHIVES, ABSENT), ("Keep this", "y")],
+        ["absent"],
+        ["+ kitchen absentItem chives"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LEARNED)
+def test_what_is_answered_is_learned(home: Home, name: str) -> None:
+    task, dialogue, answers, facts = LEARNED[name]
     assert len(dialogue) <= 4
-    assert sum(len(keys) for _, keys in dialogue) <= 8
-    assert "executable, goal met" in opened.screen
-    assert told(home) == ["exists", "object", "fridge"]
+    if task is SALAD:  # a new object, which costs no more than eight keys
+        assert sum(len(keys) for _, keys in dialogue) <= 8
+    with tty(home, "run", *task) as opened:
+        opened.answers(*dialogue)
+        opened.sees("executable, goal met")
+        assert opened.ends() == 0
+    assert told(home) == answers and {*facts} <= {*learned(home)}
+    assert len(home.subjects()) == 2
+    trailers, last = home.trailers(), f"-{len(facts)}"
+    assert trailers[f"Answer{last}"] == answers[-1:] and trailers[f"By{last}"][0]
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT.*", trailers[f"At{last}"][0])
 
 
 def test_what_was_only_suggested_is_told_from_what_was_said_and_taken_back_at_once(

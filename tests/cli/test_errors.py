@@ -31,6 +31,14 @@ SETTINGS = {
     "no such policy": ('policy = "fancy"\n', "policy must be"),
     "a list of domains": ('domain = ["kitchen"]\n', "domain must be"),
     "a number for a model": ("model = 3\n", "model must be"),
+    "no address": ('api_base = "here"\nmodel = "openai/x"\n', "the API base must be an address"),
+    "a slip": ("max_tokns = 5\n", "there is no setting 'max_tokns'; did you mean max_tokens?"),
+    "no such setting": ("xyzzy = 5\n", "there are model, api_base"),
+    "no tokens": ("max_tokens = 0\n", "max_tokens must be"),
+    "no time": ("timeout = 0\n", "timeout must be"),
+    "a cost below zero": ("max_cost = -1\n", "max_cost must be"),
+    "too hot": ("temperature = 3\n", "temperature must be"),
+    "a seed that is no whole number": ("seed = 1.5\n", "seed must be"),
 }
 BROKEN = {
     "syntax": ("state.ttl", r"\Z", "ex:egg ex:place\n", r"state\.ttl, line \d+.*Turtle"),

@@ -1,7 +1,6 @@
 """Published graphs are taken in as they are: what fits, nothing else, and come out the same."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,9 @@ from adaptbot_cli.session import change, packs, queries
 from adaptbot_cli.session.home import Home
 from adaptbot_cli.session.validation import validate
 from adaptbot_cli.workspace import Workspace
+from tests.packs import PUBLISHED
 
-_DEFAULT = Path(__file__).parents[3] / "shared" / "published"
-GRAPHS = Path(os.environ.get("ADAPTBOT_PUBLISHED", _DEFAULT)) / "kg"
+GRAPHS = PUBLISHED / "kg"
 INDEX: list[dict[str, Any]] = (
     json.loads((GRAPHS / "kg-index.json").read_text(encoding="utf-8")) if GRAPHS.is_dir() else []
 )

@@ -90,26 +90,6 @@ def test_a_budget_that_allows_no_plan_at_all_ends_with_5(home: Home) -> None:
     assert ended.code == 5 and "0 of 50 are spent" in ended.said
 
 
-SETTINGS = (
-    ("max_tokns = 5\n", "there is no setting 'max_tokns'; did you mean max_tokens?"),
-    ("xyzzy = 5\n", "there are model, api_base"),
-    ("max_tokens = 0\n", "max_tokens must be"),
-    ("timeout = 0\n", "timeout must be"),
-    ("max_cost = -1\n", "max_cost must be"),
-    ("temperature = 3\n", "temperature must be"),
-    ("seed = 1.5\n", "seed must be"),
-    ('api_base = "here"\nmodel = "openai/x"\n', "the API base must be an address"),
-)
-
-
-def test_settings_that_cannot_be_meant(home: Home) -> None:
-    files = [home.write(f"{n}/adaptbot.toml", text) for n, (text, _) in enumerate(SETTINGS)]
-    run = ["run", "make tea", "--dry-run", "--workspace"]
-    ended = home.adaptbots([[*run, str(Path(file).parent)] for file in files])
-    for (_, told), each in zip(SETTINGS, ended, strict=True):
-        assert each.code in (2, 4) and told in each.said
-
-
 HTTP: dict[str, tuple[Answer, str]] = {
     "401": (refuses(401, f"bad key {KEY}"), "refused the key"),
     "429": (refuses(429, "later", Retry_After="900"), "900 s"),

@@ -1,5 +1,8 @@
 """`adaptbot pending`: what runs without a person leave open, and answering it."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 
 from adaptbot_cli.adapters.terminal.plan_editor import Completions
@@ -13,11 +16,18 @@ CHIVES = 'I do not know "chives"'
 ANSWERS = "chives: {existence: absent}\n"
 
 
-@pytest.fixture
-def waiting(home: Home) -> Home:
+@pytest.fixture(scope="module")
+def once(used: Home) -> Home:
     """Return a home where a run without a person has left a question open."""
-    assert home.adaptbot("run", "make omelette", "--no-human").code == 0
-    return home
+    assert used.adaptbot("run", "make omelette", "--no-human").code == 0
+    return used
+
+
+@pytest.fixture
+def waiting(once: Home, tmp_path: Path) -> Home:
+    """Return a copy of it."""
+    shutil.copytree(once.folder, tmp_path, dirs_exist_ok=True)
+    return Home(tmp_path)
 
 
 def about(home: Home) -> list[str]:

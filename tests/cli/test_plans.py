@@ -7,8 +7,6 @@ import pytest
 from adaptbot_cli.adapters.lexicon import WordNet
 from adaptbot_cli.adapters.planner.kept import KeptFirst, find, kept_plans, plan_file
 from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Answer, Question
 from adaptbot_cli.core.graph.delta import Delta
@@ -19,6 +17,7 @@ from adaptbot_cli.resources import bundled
 from tests.cli.attended import ENTER, tty
 from tests.cli.command import Home
 from tests.loopback import scripted
+from tests.packs import KITCHEN
 
 MILK = """pick_up_rec("glass")
 put_down_rec("glass", "table")
@@ -135,22 +134,21 @@ def test_names_that_mean_none_or_several_are_told(home: Home) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("requires: [egg]", "without: 5"),
-        ("asked: {", "asked: 3 #"),
-        ("kept: {", "kept: 3 #"),
-        ("names: [boiled egg]", "names: 3"),
-        ("---", ""),
-    ],
-)
-def test_a_garbled_plan_is_told_and_stops_nothing(home: Home, old: str, new: str) -> None:
-    path = home.workspace / "plans" / "kitchen" / "boiled_egg.plan"
-    path.parent.mkdir(parents=True)
-    path.write_text(KEPT.format("wait(1)").replace(old, new))
+GARBLED = [
+    ("requires: [egg]", "without: 5"),
+    ("asked: {", "asked: 3 #"),
+    ("kept: {", "kept: 3 #"),
+    ("names: [boiled egg]", "names: 3"),
+    ("---", ""),
+]
+
+
+def test_garbled_plans_are_told_and_stop_nothing(home: Home) -> None:
+    for n, (old, new) in enumerate(GARBLED):
+        text = KEPT.format("wait(1)").replace(old, new)
+        home.write(f"robot/plans/kitchen/boiled_egg_{n}.plan", text)
     ended = home.adaptbot("plans", "--json")
-    assert ended.code == 0 and len(ended.json()["broken"]) == 1
+    assert ended.code == 0 and len(ended.json()["broken"]) == len(GARBLED)
     assert home.adaptbot("run", "boiled egg", "--no-human").code == 0
 
 
@@ -166,7 +164,7 @@ def test_a_plan_behind_a_link_is_not_read(home: Home, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def kitchen():  # type: ignore[no-untyped-def]
-    return load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    return KITCHEN.kg()
 
 
 @pytest.mark.parametrize(

@@ -80,22 +80,23 @@ def test_the_terminal_shows_the_same_at_every_width(omelette: Home) -> None:
 
 
 def test_the_latest_run_a_name_and_the_beginning_of_a_task(omelette: Home) -> None:
-    latest = omelette.adaptbot("progress", "--json").out
-    runs = sorted(p.stem for p in (omelette.workspace / "transcripts").glob("*.yaml"))
-    for name in (runs[-1], runs[-1][:-4], "make_ome", "make omelette"):
-        assert omelette.adaptbot("progress", name, "--json").out == latest, name
-    laundry = omelette.adaptbot("progress", "wash", "--json").json()
+    first, last = sorted((omelette.workspace / "transcripts").glob("*.yaml"))
+    names = [[], [last.stem], [last.stem[:-4]], ["make_ome"], ["make omelette"]]
+    latest, *same, by_name, by_path = omelette.adaptbots(
+        [["progress", *name, "--json"] for name in (*names, ["wash"], [str(first)])]
+    )
+    assert {ended.out for ended in same} == {latest.out}
+    laundry = by_name.json()
     assert ("state", "clean") in way(laundry, "clothes")
     assert ("place", "washing_machine") in way(laundry, "detergent")
-    path = omelette.workspace / "transcripts" / f"{runs[0]}.yaml"
-    assert omelette.adaptbot("progress", str(path), "--json").json() == laundry
+    assert by_path.json() == laundry
 
 
-@pytest.mark.parametrize("name", ["2", "soup", "", "../x", "\x1b[31m", "."])
-def test_a_name_that_means_no_run_or_several(omelette: Home, name: str) -> None:
-    ended = omelette.adaptbot("progress", "--", name)
-    assert ended.code == 2 and ended.err.startswith("error: ") and "\x1b" not in ended.err
-    assert "wash_the_clothes" in ended.said
+def test_a_name_that_means_no_run_or_several(omelette: Home) -> None:
+    names = ("2", "soup", "", "../x", "\x1b[31m", ".")
+    for ended in omelette.adaptbots([["progress", "--", name] for name in names]):
+        assert ended.code == 2 and ended.err.startswith("error: ") and "\x1b" not in ended.err
+        assert "wash_the_clothes" in ended.said
 
 
 def test_no_run_yet(home: Home) -> None:
@@ -104,9 +105,10 @@ def test_no_run_yet(home: Home) -> None:
 
 
 def test_what_is_no_transcript(omelette: Home) -> None:
-    for text in ("", "hello", "a: [", "adaptbot: 1\n"):
-        ended = omelette.adaptbot("progress", omelette.write("odd.yaml", text))
-        assert ended.code == 2 and "Traceback" not in ended.err, text
+    texts = ("", "hello", "a: [", "adaptbot: 1\n")
+    odd = [omelette.write(f"odd{n}.yaml", text) for n, text in enumerate(texts)]
+    for ended in omelette.adaptbots([["progress", path] for path in odd]):
+        assert ended.code == 2 and "Traceback" not in ended.err
 
 
 def test_the_picture_and_where_it_cannot_be_written(omelette: Home) -> None:

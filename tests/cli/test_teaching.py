@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -145,13 +144,6 @@ def test_a_plan_is_changed_instead_of_answering(home: Home, kind: str) -> None:
     assert home.replays()
 
 
-def test_what_is_no_call_is_said_in_full_at_80_columns(home: Home) -> None:
-    with snack(home, [STUCK], "--replans", "0") as (opened, _):
-        opened.answers((HOW.format("fly"), "e"), ("How shall", "r"), ("Replace which", f"1{ENTER}"))
-        opened.answers(("Step 1 becomes", f"{CTRL_U}not a call{ENTER}"))
-        opened.process.expect_exact("what it acts on in parentheses")
-
-
 MOVED = ('put_down_obj("carrot", "bowl")', 'put_down_rec("bowl", "table")', 'slice("carrot")')
 LOOKED_OVER: dict[str, tuple[list[tuple[str, str]], str]] = {
     "insert": (
@@ -210,14 +202,14 @@ def test_a_plan_of_the_library_which_has_no_other_is_not_there_to_be_rejected(ho
     assert "move a step" in opened.said and "reject" not in opened.said
 
 
-def test_a_call_that_cannot_be_read_stays_to_be_mended(home: Home, tmp_path: Path) -> None:
+def test_a_call_that_cannot_be_read_is_told_in_full_and_stays_to_be_mended(home: Home) -> None:
     with snack(home, [CARROT], "--edit") as (opened, _):
         opened.answers(
             ("Shall it change", "r"),
             ("Replace which", f"slice{ENTER}"),
-            ("becomes", f"{CTRL_U}do something nice{ENTER}{CTRL_U}clean(carrot){ENTER}"),
-            ("Shall it change", "l"),
-            NOT_AGAIN,
+            ("becomes", f"{CTRL_U}do something nice{ENTER}"),
         )
+        opened.process.expect_exact("what it acts on in parentheses")
+        opened.types(f"{CTRL_U}clean(carrot){ENTER}").answers(("Shall it change", "l"), NOT_AGAIN)
         assert runs(opened)
     assert edits(home)[0][1].splitlines()[0] == 'clean("carrot")'

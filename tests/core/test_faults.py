@@ -1,6 +1,5 @@
 """What is wrong with a graph's facts, and with what a pack's conditions name."""
 
-import os
 from pathlib import Path
 
 import pytest
@@ -8,19 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, RDFS, Literal, URIRef
 
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.terms import AB, Triple
 from adaptbot_cli.core.graph.validate import faults
 from adaptbot_cli.core.graph.validate import new_faults as new_faults_of
-from adaptbot_cli.resources import bundled
+from tests.packs import HOUSEHOLD, KITCHEN, PUBLISHED
 from tests.properties import examples
 from tests.worlds import W, changed, facts, workshop
 
-_DEFAULT = Path(__file__).resolve().parents[3] / "shared" / "published"
-PUBLISHED = Path(os.environ.get("ADAPTBOT_PUBLISHED", _DEFAULT)) / "kg"
-
+GRAPHS = PUBLISHED / "kg"
 SOUND = {*map(str, faults(workshop()))}
 
 
@@ -164,12 +159,11 @@ def test_any_change_is_judged_as_the_whole_graph_is(data: st.DataObject) -> None
     assert {fault.key for fault in faults(kg)} - old == found
 
 
-@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="the published graphs are not here")
-@pytest.mark.parametrize("path", sorted(PUBLISHED.glob("*.ttl")), ids=lambda path: path.name)
+@pytest.mark.skipif(not GRAPHS.is_dir(), reason="the published graphs are not here")
+@pytest.mark.parametrize("path", sorted(GRAPHS.glob("*.ttl")), ids=lambda path: path.name)
 def test_every_published_graph_is_judged(path: Path) -> None:
     """Their oddities are told; what the domain packs allow for is none."""
-    domain = "household" if path.name.startswith("cleaning") else "kitchen"
-    kg = load_kg(read_files(bundled("kg") / domain), domain, read_graphs([path]))
+    kg = (HOUSEHOLD if path.name.startswith("cleaning") else KITCHEN).kg(path)
     told = {fault.message for fault in faults(kg) if fault.facts}
     odd = {
         "living_room_floor: place (imrec_location) must be a room, living_room_floor is not",

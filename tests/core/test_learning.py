@@ -4,12 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal, URIRef
+from rdflib.term import Node
 
 from adaptbot_cli.core.ask import agenda, learning, teach
 from adaptbot_cli.core.ask.learning import Lesson
 from adaptbot_cli.core.ask.questions import Answer, Key, Question
 from adaptbot_cli.core.graph.kg import Kg
-from adaptbot_cli.core.graph.terms import AB, FALSE, TRUE
+from adaptbot_cli.core.graph.terms import AB, FALSE, TRUE, Triple
 from adaptbot_cli.core.names import normal
 from adaptbot_cli.core.plan import Call, Parsed, Written
 from adaptbot_cli.core.refine.check import examine
@@ -57,11 +58,6 @@ class Lessons:
         return [finding.code for finding in self.report.findings]
 
 
-def kind_of(question: Question | None) -> str:
-    assert question is not None
-    return question.kind
-
-
 def test_an_unknown_item_is_asked_about_with_the_nearest_names_first() -> None:
     question = Lessons("take_tool(dril)").question
     assert question is not None
@@ -80,35 +76,64 @@ def test_an_unknown_item_is_asked_about_with_the_nearest_names_first() -> None:
     ]
 
 
-def test_mistaken_for_another_is_an_alias_and_the_plan_is_understood() -> None:
-    talk = Lessons("press(slab, 3)")
-    lesson = talk.say("is board")
-    assert lesson is not None
-    assert lesson.delta.added == {(URIRef(W + "board"), AB.alias, Literal("slab"))}
-    assert lesson.sentence == "slab is another name for board"
-    assert talk.codes == []
-    assert talk.question is None
+SLAB, PLANK = URIRef(W + "slab"), URIRef(W + "plank")
+DRILLABLE = URIRef(W + "drillable")
+WORKSHOP = workshop().domain.iri
+TAUGHT: dict[str, tuple[str, str, set[Triple] | None, list[str], str]] = {
+    "mistaken for another, of which no place is asked": (
+        "press(slab, 3)", "is candle",
+        {(URIRef(W + "candle"), AB.alias, Literal("slab"))}, [], "",
+    ),
+    "mistaken for something unknown": ("press(slab, 3)", "is gadget", None, ["E201"], ""),
+    "not here": ("press(slab, 3)", "absent", {(WORKSHOP, AB.absentItem, Literal("slab"))}, [], ""),
+    "it exists, and only one kind fits": (
+        "press(slab, 3)", "exists",
+        {(SLAB, RDF.type, PART), (SLAB, URIRef(W + "called"), Literal("slab")),
+         (SLAB, URIRef(W + "dry"), FALSE)}, [], "place",
+    ),
+    "it exists, and two kinds fit": ("put(slab)", "exists", None, ["E201"], "kind"),
+    "yes, with the state that starts": (
+        "drill_hole(plank)", "yes",
+        {(PLANK, DRILLABLE, TRUE), (PLANK, URIRef(W + "drilled"), FALSE)}, [], "",
+    ),
+    "no": ("drill_hole(plank)", "no", {(PLANK, DRILLABLE, FALSE)}, ["E302"], ""),
+    "not known": ("drill_hole(plank)", "unknown", None, ["E301"], ""),
+    "an action by another name": (
+        "puncture(board)", "is drill_hole",
+        {(URIRef(W + "drill_hole"), AB.alias, Literal("puncture"))}, [], "",
+    ),
+    "an action that is not possible": (
+        "polish(board)", "absent", {(WORKSHOP, AB.absentAction, Literal("polish"))}, [], "",
+    ),
+}  # fmt: skip
+"""A plan, an answer, what it teaches, what is found then, and what is asked next."""
 
 
-def test_mistaken_for_something_unknown_teaches_nothing() -> None:
-    assert Lessons("press(slab, 3)").say("is gadget") is None
+@pytest.mark.parametrize("what", TAUGHT)
+def test_what_an_answer_teaches(what: str) -> None:
+    plan, answer, added, codes, then = TAUGHT[what]
+    talk = Lessons(plan)
+    before = facts(talk.scene.kg)
+    lesson = talk.say(answer)
+    assert (lesson.delta.added if lesson else None) == added
+    assert len(facts(talk.scene.kg) - before) == len(added or ())
+    assert talk.codes == codes and (talk.question.kind if talk.question else "") == then
 
 
-def test_an_alias_is_not_asked_for_its_place() -> None:
-    talk = Lessons("press(slab, 3)")
-    talk.say("is candle")  # the candle's place is not known either
-    assert talk.question is None
-
-
-def test_not_here_is_kept_and_never_asked_again() -> None:
-    talk = Lessons("press(slab, 3)")
-    lesson = talk.say("absent")
-    assert lesson is not None
-    workshop_iri = talk.scene.domain.iri
-    assert lesson.delta.added == {(workshop_iri, AB.absentItem, Literal("slab"))}
+@pytest.mark.parametrize("plan", ["press(slab, 3)", "polish(board)"])
+def test_what_is_not_here_is_never_asked_about_again_and_its_step_dropped(plan: str) -> None:
+    talk = Lessons(plan)
+    talk.say("absent")
     talk.asked.clear()
     assert talk.question is None
-    assert talk.report.steps[0].status == "dropped"
+    assert [step.status for step in talk.report.steps] == ["dropped"]
+
+
+def test_another_name_is_told_and_understood() -> None:
+    talk = Lessons("puncture(slab)")
+    told = {getattr(talk.say(name), "sentence", "") for name in ("is drill_hole", "is board")}
+    assert "slab is another name for board" in told
+    assert talk.report.steps[-1].call.render() == 'drill_hole("board")'
 
 
 def test_a_required_item_that_is_not_here_stays_a_finding_without_a_question() -> None:
@@ -119,31 +144,17 @@ def test_a_required_item_that_is_not_here_stays_a_finding_without_a_question() -
     assert talk.question is None
 
 
-def test_it_exists_and_only_one_kind_fits_so_the_kind_is_not_asked() -> None:
-    talk = Lessons("press(slab, 3)")
-    lesson = talk.say("exists")
-    assert lesson is not None
-    slab = URIRef(W + "slab")
-    assert lesson.delta.added == {
-        (slab, RDF.type, PART),
-        (slab, URIRef(W + "called"), Literal("slab")),
-        (slab, URIRef(W + "dry"), FALSE),
-    }
-    assert kind_of(talk.question) == "place"
-
-
-def test_it_exists_and_two_kinds_fit_so_the_kind_is_asked() -> None:
+def test_where_two_kinds_fit_the_kind_is_asked_in_the_domains_words() -> None:
     talk = Lessons("put(slab)")
-    assert talk.say("exists") is None
+    talk.say("exists")
     question = talk.question
-    assert question is not None
-    assert (question.kind, question.text) == ("kind", 'What is "slab"?')
+    assert question is not None and question.text == 'What is "slab"?'
     assert [(c.value, c.label, c.then) for c in question.choices] == [
         ("part", "part", "worked on"),
         ("tool", "tool", ""),
     ]
     talk.say("tool")
-    assert talk.scene.kg.is_a(URIRef(W + "slab"), [TOOL])
+    assert talk.scene.kg.is_a(SLAB, [TOOL])
 
 
 def test_two_steps_with_a_name_narrow_its_kind() -> None:
@@ -190,55 +201,21 @@ def test_an_attribute_without_a_wording_is_asked_by_its_name() -> None:
     assert question.text == 'Is "saw" drills?'
 
 
-def test_yes_makes_the_attribute_true_and_its_state_start() -> None:
-    talk = Lessons("drill_hole(plank)")
-    lesson = talk.say("yes")
-    assert lesson is not None
-    plank = URIRef(W + "plank")
-    assert lesson.delta.added == {
-        (plank, URIRef(W + "drillable"), TRUE),
-        (plank, URIRef(W + "drilled"), FALSE),
-    }
-    assert talk.codes == []
-
-
-def test_no_makes_it_false_and_no_state_starts() -> None:
-    talk = Lessons("drill_hole(plank)")
-    lesson = talk.say("no")
-    assert lesson is not None
-    assert lesson.delta.added == {(URIRef(W + "plank"), URIRef(W + "drillable"), FALSE)}
-    assert talk.codes == ["E302"]
-
-
-def test_dont_know_leaves_it_unknown_and_is_not_asked_again() -> None:
-    talk = Lessons("drill_hole(plank)")
-    before = facts(talk.scene.kg)
-    assert talk.say("unknown") is None
-    assert facts(talk.scene.kg) == before
-    assert talk.codes == ["E301"]
-    assert talk.question is None
-
-
-def test_a_state_that_is_known_is_not_started_again() -> None:
+@pytest.mark.parametrize(
+    ("prop", "value", "removed", "added"),
+    [
+        ("drillable", TRUE, None, TRUE),  # a state that is known is not started again
+        ("in", URIRef(W + "cupboard"), URIRef(W + "bench"), URIRef(W + "cupboard")),
+        ("in", URIRef(W + "bench"), None, None),
+    ],
+)
+def test_a_value_replaces_the_old_one_and_what_is_known_is_no_change(
+    prop: str, value: Node, removed: Node | None, added: Node | None
+) -> None:
     kg = workshop(state="w:plank w:drilled true .")
-    prop = kg.domain.properties[URIRef(W + "drillable")]
-    delta = learning.attribute(kg, URIRef(W + "plank"), prop, TRUE)
-    assert delta.added == {(URIRef(W + "plank"), prop.iri, TRUE)}
-
-
-def test_a_functional_property_has_its_old_value_replaced() -> None:
-    kg = workshop()
-    prop = kg.domain.properties[URIRef(W + "in")]
-    plank = URIRef(W + "plank")
-    delta = learning.attribute(kg, plank, prop, URIRef(W + "cupboard"))
-    assert delta.removed == {(plank, prop.iri, URIRef(W + "bench"))}
-    assert delta.added == {(plank, prop.iri, URIRef(W + "cupboard"))}
-
-
-def test_what_is_known_already_is_no_change() -> None:
-    kg = workshop()
-    prop = kg.domain.properties[URIRef(W + "in")]
-    assert not learning.attribute(kg, URIRef(W + "plank"), prop, URIRef(W + "bench"))
+    delta = learning.attribute(kg, PLANK, kg.domain.properties[URIRef(W + prop)], value)  # type: ignore[arg-type]
+    assert [o for _, _, o in delta.removed] == [v for v in (removed,) if v is not None]
+    assert [o for _, _, o in delta.added] == [v for v in (added,) if v is not None]
 
 
 def test_an_unknown_action_is_asked_about_with_the_actions_there_are() -> None:
@@ -246,24 +223,6 @@ def test_an_unknown_action_is_asked_about_with_the_actions_there_are() -> None:
     assert question is not None
     assert (question.kind, question.about, question.subject) == ("existence", "polish", "action")
     assert "press" in question.known
-
-
-def test_an_action_by_another_name_is_an_alias() -> None:
-    talk = Lessons("puncture(board)")
-    lesson = talk.say("is drill_hole")
-    assert lesson is not None
-    assert lesson.delta.added == {(URIRef(W + "drill_hole"), AB.alias, Literal("puncture"))}
-    assert talk.report.steps[-1].call.render() == 'drill_hole("board")'
-
-
-def test_an_action_that_is_not_possible_is_dropped_from_then_on() -> None:
-    talk = Lessons("polish(board)")
-    lesson = talk.say("absent")
-    assert lesson is not None
-    assert {p for _, p, _ in lesson.delta.added} == {AB.absentAction}
-    talk.asked.clear()
-    assert talk.question is None
-    assert [step.status for step in talk.report.steps] == ["dropped"]
 
 
 def test_an_item_and_an_action_of_one_name_are_two_questions() -> None:
@@ -279,9 +238,9 @@ def test_an_item_and_an_action_of_one_name_are_two_questions() -> None:
 def test_the_answer_about_an_action_is_not_one_about_the_item_of_that_name() -> None:
     talk = Lessons("weld(weld)")
     talk.say("exists")
-    assert kind_of(talk.question) == "action"
+    assert talk.question is not None and talk.question.kind == "action"
     talk.say("later")
-    assert kind_of(talk.question) == "existence"
+    assert talk.question is not None and talk.question.kind == "existence"
 
 
 def test_nothing_is_asked_twice() -> None:

@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
@@ -14,11 +12,10 @@ from adaptbot_cli.core.refine.check import examine
 from adaptbot_cli.core.refine.mend import Mended, mended, with_remedies
 from adaptbot_cli.core.report import Report
 from adaptbot_cli.core.scene import Scene
-from adaptbot_cli.resources import bundled
+from tests import packs
 from tests.asking import task_for
 
-KITCHEN = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
-HOUSEHOLD = load_kg(read_files(bundled("kg") / "household"), "household")
+KITCHEN, HOUSEHOLD = packs.KITCHEN.kg(), packs.HOUSEHOLD.kg()
 
 LIME_WATER = """
 pick_up_obj("lime")

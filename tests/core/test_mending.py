@@ -4,8 +4,6 @@ from collections.abc import Generator
 
 import pytest
 
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.transcript.memory import Memory, RememberingHuman
 from adaptbot_cli.core.ask.edit import Edit
 from adaptbot_cli.core.ask.questions import EDIT, YES, Answer, Choice, Question, back
@@ -14,16 +12,16 @@ from adaptbot_cli.core.journal import Journal
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Task
 from adaptbot_cli.core.turns import Ask, Given, Turn
-from adaptbot_cli.resources import bundled
 from tests.core.test_mend import LIME_WATER
 from tests.driving import Script, drive
+from tests.packs import KITCHEN
 
 TASK = Task("lime_water", ("lime", "water"))
 
 
 @pytest.fixture
 def kitchen() -> Kg:
-    return load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    return KITCHEN.kg()
 
 
 def offer(plan: str) -> Question:

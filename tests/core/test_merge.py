@@ -7,13 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rdflib import RDF, Literal
 
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.ask.questions import Answer
 from adaptbot_cli.core.domain import Domain
 from adaptbot_cli.core.graph.merge import Facts, Merge, conflicts, question, side_of
 from adaptbot_cli.core.graph.terms import AB, FALSE, TRUE, Triple
-from adaptbot_cli.resources import bundled
+from tests import packs
 from tests.adapters.store.homes import ex
 from tests.properties import examples
 
@@ -38,7 +36,7 @@ FACTS: list[Triple] = [
 NEW: Facts = frozenset({(LEEK, RDF.type, ex("object")), (LEEK, ex("obj_name"), Literal("leek"))})
 
 
-KITCHEN = load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+KITCHEN = packs.KITCHEN.kg()
 
 
 @pytest.fixture(scope="module")

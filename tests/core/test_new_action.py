@@ -6,7 +6,6 @@ import pytest
 from rdflib import RDF, BNode, Graph, URIRef
 from rdflib.collection import Collection
 
-from adaptbot_cli.adapters.store.files import read_files
 from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.adapters.store.turtle import rewrite
 from adaptbot_cli.core.ask.learning import Lesson
@@ -20,7 +19,7 @@ from adaptbot_cli.core.plan import Call, Task
 from adaptbot_cli.core.report import Result
 from adaptbot_cli.core.turns import Ask
 from tests.driving import Script, drive
-from tests.packs import ROOT
+from tests.packs import PACKS, Pack
 from tests.worlds import FILES, PREFIXES, W, workshop
 
 LIKE = {"existence sand": "exists", "action sand like": "drill_hole", "action sand means": "yes"}
@@ -178,10 +177,6 @@ def test_any_name_gives_facts_that_can_be_written_and_read_again(name: str) -> N
     assert reloaded.domain.actions[action.name] == action
 
 
-def bundled_kg(domain: str) -> Kg:
-    return load_kg(read_files(ROOT / "kg" / domain), domain)
-
-
 def workshop_with(files: dict[str, str]) -> Kg:
     return load_kg({n: (PREFIXES + t).encode() for n, t in {**FILES, **files}.items()}, "workshop")
 
@@ -221,9 +216,9 @@ def test_a_copied_action_has_the_form_of_the_hand_written_one() -> None:
     assert (RDF.type, str(AB.Action), frozenset()) in ours
 
 
-@pytest.mark.parametrize("domain", ["kitchen", "household"])
-def test_every_offer_makes_an_action_that_the_domain_allows(domain: str) -> None:
-    kg = bundled_kg(domain)
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.name)
+def test_every_offer_makes_an_action_that_the_domain_allows(pack: Pack) -> None:
+    kg = pack.kg()
     kinds = [kg.name(kg.instances([kind.iri])[0]) for kind in kg.domain.teachable]
     base = taking(Draft("frobnicate"), Call("frobnicate", tuple(kinds)), kg)
     for need in needs(base, kg.domain):
@@ -234,9 +229,9 @@ def test_every_offer_makes_an_action_that_the_domain_allows(domain: str) -> None
         assert checked(base.toggled_change(change), kg)
 
 
-@pytest.mark.parametrize("domain", ["kitchen", "household"])
-def test_every_action_can_be_copied(domain: str) -> None:
-    kg = bundled_kg(domain)
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.name)
+def test_every_action_can_be_copied(pack: Pack) -> None:
+    kg = pack.kg()
     for action in kg.domain.actions.values():
         copy, _ = written(from_action("frobnicate", action, kg.domain), kg)
         assert copy.required == () or [p.name for p in copy.required] == [

@@ -1,10 +1,9 @@
 """Small readings of a pack's SPARQL, and the graph that is asked with it."""
 
 import pytest
-from rdflib import Graph, Literal, URIRef, Variable
+from rdflib import RDF, Graph, Literal, URIRef, Variable
 
 from adaptbot_cli.core.graph.delta import Delta
-from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.graph.sparql import (
     bindable,
     form_of,
@@ -18,9 +17,11 @@ from adaptbot_cli.core.graph.sparql import (
     unknown_prefixes,
     variables,
 )
-from tests.worlds import PREFIXES, W, workshop
+from adaptbot_cli.core.graph.terms import Triple
+from tests.worlds import PREFIXES, W, facts, workshop
 
 PREFIX = f"PREFIX w: <{W}> "
+STRING = URIRef("http://www.w3.org/2001/XMLSchema#string")
 
 
 def w(name: str) -> URIRef:
@@ -107,24 +108,10 @@ def test_only_the_prefixes_that_a_query_uses_are_put_before_it() -> None:
     assert prefixed(graph, "ASK { ?a w:in 'ab:no' } # rdf:no") == PREFIX
 
 
-def test_what_a_query_mentions() -> None:
-    assert mentions(PREFIX + "ASK { ?a w:in w:bench . FILTER(?a != 'w:no') }") == {
-        w("in"),
-        w("bench"),
-    }
-
-
-def test_the_variables_of_a_query() -> None:
-    assert variables("ASK { ?agent w:holds ?thing . ?thing a ?class }") == {
-        "agent",
-        "thing",
-        "class",
-    }
-
-
-def ask(query: str, **values: str) -> bool:
-    given = {name: w(value) for name, value in values.items()}
-    return workshop().ask(bindable(PREFIX + query), given)
+def test_what_a_query_mentions_and_its_variables() -> None:
+    mentioned = mentions(PREFIX + "ASK { ?a w:in w:bench . FILTER(?a != 'w:no') }")
+    assert mentioned == {w("in"), w("bench")}
+    assert variables("ASK { ?agent w:holds ?a . ?a a ?class }") == {"agent", "a", "class"}
 
 
 def test_only_a_plain_query_is_answered_without_the_clock() -> None:
@@ -136,97 +123,91 @@ def test_only_a_plain_query_is_answered_without_the_clock() -> None:
     assert not is_plain("ASK { ?a w:in ?b }" + " " * 2_000, bound)
 
 
-def test_a_variable_that_stands_in_a_filter_alone_can_be_bound() -> None:
-    query = "ASK { FILTER NOT EXISTS { ?agent w:holds ?thing } }"
-    assert ask(query, agent="arm")
-    assert not ask("ASK { FILTER NOT EXISTS { ?thing w:in ?spot } }", thing="plank")
-    assert ask("ASK { FILTER(?a != ?b) }", a="plank", b="board")
-    assert not ask("ASK { FILTER(?a != ?b) }", a="plank", b="plank")
+@pytest.mark.parametrize(
+    ("query", "values", "holds"),
+    [
+        # A variable that stands in a filter alone can be bound, too.
+        (
+            "ASK { FILTER NOT EXISTS { ?agent w:holds ?thing } }",
+            {"agent": "arm"},
+            True,
+        ),
+        ("ASK { FILTER NOT EXISTS { ?thing w:in ?spot } }", {"thing": "plank"}, False),
+        ("ASK { FILTER(?a != ?b) }", {"a": "plank", "b": "board"}, True),
+        ("ASK { FILTER(?a != ?b) }", {"a": "plank", "b": "plank"}, False),
+        # One that is not bound stands for anything, and what a query does not know is left out.
+        ("ASK { ?thing w:in ?spot }", {"spot": "bench"}, True),
+        ("ASK { ?thing w:in ?spot }", {"spot": "stove"}, False),
+        ("ASK { w:plank w:in w:bench }", {}, True),
+        ("ASK { w:plank w:in w:bench }", {"other": "board"}, True),
+    ],
+)
+def test_a_query_is_asked_of_the_values_it_is_given(
+    query: str, values: dict[str, str], holds: bool
+) -> None:
+    given = {name: w(value) for name, value in values.items()}
+    assert workshop().ask(bindable(PREFIX + query), given) is holds
+    if "?" not in query:
+        assert bindable(PREFIX + query) == PREFIX + query
 
 
-def test_a_variable_that_is_not_bound_stands_for_anything() -> None:
-    assert ask("ASK { ?thing w:in ?spot }", spot="bench")
-    assert not ask("ASK { ?thing w:in ?spot }", spot="stove")
-
-
-def test_a_query_without_variables_stays_as_it_is() -> None:
-    query = PREFIX + "ASK { w:plank w:in w:bench }"
-    assert bindable(query) == query
-    assert workshop().ask(query, {})
-
-
-def test_a_select_can_be_bound_by_a_variable_that_it_does_not_name() -> None:
-    query = bindable(PREFIX + "SELECT ?thing WHERE { ?thing w:in ?spot } ORDER BY ?thing")
+@pytest.mark.parametrize("where", ["WHERE ", ""])
+def test_a_select_can_be_bound_by_a_variable_that_it_does_not_name(where: str) -> None:
+    query = bindable(f"{PREFIX}SELECT ?thing {where}{{ ?thing w:in ?spot }} ORDER BY ?thing")
     rows = workshop().rows(query, {"spot": w("cupboard")})
     assert [row["thing"] for row in rows] == [w("board")]
-
-
-def test_a_selects_where_may_lack_its_keyword() -> None:
-    query = bindable(PREFIX + "SELECT ?thing { ?thing w:in ?spot } ORDER BY ?thing")
     assert workshop().first(query, "thing", {"spot": w("cupboard")}) == w("board")
 
 
-def test_a_binding_that_a_query_does_not_know_is_left_out() -> None:
-    assert workshop().ask(PREFIX + "ASK { w:plank w:in w:bench }", {"other": w("board")})
+@pytest.mark.parametrize(
+    ("text", "triples"),
+    [
+        (
+            "?a w:in ?b ; w:on true",
+            [(Variable("a"), w("in"), Variable("b")), (Variable("a"), w("on"), Literal(True))],
+        ),
+        (" ", []),
+        (
+            "<urn:x?y> w:called 'who?me'",  # no variable stands in a text or an IRI
+            [(URIRef("urn:x?y"), w("called"), Literal("who?me", datatype=STRING))],
+        ),
+    ],
+)
+def test_a_template_keeps_its_variables(text: str, triples: list[tuple[object, ...]]) -> None:
+    assert list(template(PREFIX, text)) == triples
 
 
-def test_a_template_keeps_its_variables() -> None:
-    assert template(PREFIX, "?a w:in ?b ; w:on true") == (
-        (Variable("a"), w("in"), Variable("b")),
-        (Variable("a"), w("on"), Literal(True)),
-    )
+SAW = (w("saw"), w("in"), w("bench"))
+DOOR = (w("cupboard"), w("doorOpen"))
 
 
-def test_a_template_may_be_empty() -> None:
-    assert template(PREFIX, " ") == ()
-
-
-def test_a_question_mark_in_a_text_or_an_iri_is_no_variable() -> None:
-    [triple] = template(PREFIX, "<urn:x?y> w:called 'who?me'")
-    assert (str(triple[0]), str(triple[2])) == ("urn:x?y", "who?me")
-
-
-def delta(kg: Kg, action: str, **values: str) -> Delta:
-    given = {"agent": w("arm"), **{name: w(value) for name, value in values.items()}}
-    return kg.delta(kg.domain.actions[action].effect, given)
-
-
-def test_an_effect_says_what_it_would_change_and_changes_nothing() -> None:
-    kg = workshop()
-    assert delta(kg, "take_tool", tool="saw") == Delta(
-        frozenset({(w("saw"), w("in"), w("bench"))}),
-        frozenset({(w("arm"), w("holds"), w("saw"))}),
-    )
-    assert (w("saw"), w("in"), w("bench")) in kg.facts
-
-
-def test_a_triple_with_a_variable_that_has_no_value_is_left_out() -> None:
-    assert not delta(workshop(), "take_tool", tool="gadget").removed
-
-
-def test_what_holds_already_is_no_change() -> None:
+@pytest.mark.parametrize(
+    ("action", "values", "removed", "added"),
+    [
+        ("take_tool", {"tool": "saw"}, {SAW}, {(w("arm"), w("holds"), w("saw"))}),
+        # A triple with a variable that has no value is left out.
+        ("take_tool", {"tool": "gadget"}, set(), {(w("arm"), w("holds"), w("gadget"))}),
+        ("open", {"spot": "cupboard"}, {(*DOOR, Literal(False))}, {(*DOOR, Literal(True))}),
+        ("light", {"thing": "candle"}, set(), set()),  # it is lit already
+        ("wait", {}, set(), set()),
+    ],
+)
+def test_an_effect_says_what_it_would_change_and_changes_nothing(
+    action: str, values: dict[str, str], removed: set[Triple], added: set[Triple]
+) -> None:
     kg = workshop(state="w:candle w:on true .")
-    assert not delta(kg, "light", thing="candle")
-
-
-def test_an_action_without_an_effect_changes_nothing() -> None:
-    assert not delta(workshop(), "wait")
-
-
-def test_a_functional_value_is_replaced() -> None:
-    changed = delta(workshop(), "open", spot="cupboard")
-    assert changed.removed == {(w("cupboard"), w("doorOpen"), Literal(False))}
-    assert changed.added == {(w("cupboard"), w("doorOpen"), Literal(True))}
+    before = facts(kg)
+    given = {"agent": w("arm"), **{name: w(value) for name, value in values.items()}}
+    changed = kg.delta(kg.domain.actions[action].effect, given)
+    assert (changed.removed, changed.added) == (removed, added)
+    assert facts(kg) == before
 
 
 def test_names_and_classes_are_worked_out_again_after_a_lesson() -> None:
     kg = workshop()
     assert (kg.find("vise"), kg.name(w("vise")), kg.classes(w("vise"))) == ((), "vise", frozenset())
-    facts = {
-        (w("vise"), w("called"), Literal("bench_vise")),
-        (w("vise"), URIRef("http://www.w3.org/1999/02/22-rdf-syntax-ns#type"), w("tool")),
-    }
-    kg.learn(Delta(added=frozenset(facts)))
+    taught = {(w("vise"), w("called"), Literal("bench_vise")), (w("vise"), RDF.type, w("tool"))}
+    kg.learn(Delta(added=frozenset(taught)))
     assert kg.find("bench vise") == (w("vise"),)
     assert kg.name(w("vise")) == "bench_vise"
     assert kg.is_a(w("vise"), [w("thing")])
@@ -269,14 +250,10 @@ INSIDE = (
 )
 
 
-@pytest.mark.parametrize("text", OUTSIDE)
-def test_what_would_reach_the_network_is_seen(text: str) -> None:
-    assert reaches_out(text) in ("SERVICE", "LOAD")
-
-
-@pytest.mark.parametrize("text", INSIDE)
-def test_what_stays_here_is_let_through(text: str) -> None:
-    assert reaches_out(text) == ""
+@pytest.mark.parametrize("text", [*OUTSIDE, *INSIDE])
+def test_what_would_reach_the_network_is_seen_and_nothing_else(text: str) -> None:
+    assert (reaches_out(text) in ("SERVICE", "LOAD")) == (text in OUTSIDE)
+    assert (reaches_out(text) == "") == (text in INSIDE)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The method as a whole, driven by scripted replies: who is asked what, in which order."""
 
+import pytest
 from rdflib import URIRef
 
 from adaptbot_cli.core.ask.questions import LATER
@@ -45,49 +46,39 @@ def numbered(plan: str, times: int) -> list[str]:
     return [f"{plan}\nput(gadget_{n})" for n in range(times)]
 
 
-def test_the_tutor_asks_about_an_unknown_required_item_before_any_reprompt() -> None:
-    answers = {"existence slab": "exists", "kind slab": "part", "place slab": "bench"}
-    assert story([FETCH.format("slab")], answers, SLAB) == [
-        "propose 0",
-        "ask existence slab",
-        "ask kind slab",
-        "ask place slab",
-        "execute",
-        "review",
-        "keep",
-    ]
+TAUGHT = {"existence slab": "exists", "kind slab": "part", "place slab": "bench"}
+ABOUT_SLAB = ["ask existence slab", "ask kind slab", "ask place slab"]
+ABOUT_GADGET = ["ask existence gadget", "execute"]
+STORIES: dict[str, tuple[list[str], Answers, Task, Policy, int, list[str]]] = {
+    "what is required is asked about before any re-prompt": (
+        [FETCH.format("slab")], TAUGHT, SLAB, "tutor", 3,
+        ["propose 0", *ABOUT_SLAB, "execute", "review", "keep"],
+    ),
+    "for what is not, the model is asked again first": (
+        [GADGET, GOOD], LATER, BOARD, "tutor", 3, ["propose 0", "propose 1", "execute"],
+    ),
+    "no re-prompt at all": ([GADGET], LATER, BOARD, "tutor", 0, ["propose 0", *ABOUT_GADGET]),
+    "nor in the paper": ([GADGET], LATER, BOARD, "paper", 0, ["propose 0", *ABOUT_GADGET]),
+    "the same text again ends the re-prompting": (
+        [GADGET], LATER, BOARD, "tutor", 3, ["propose 0", "propose 1", *ABOUT_GADGET],
+    ),
+    "so do the same findings": (
+        [GADGET, GADGET + "\nwait(5)"], LATER, BOARD, "tutor", 3,
+        ["propose 0", "propose 1", *ABOUT_GADGET],
+    ),
+}  # fmt: skip
 
 
-def test_the_tutor_reprompts_for_what_is_not_required_before_it_asks() -> None:
-    assert story([GADGET, GOOD], LATER) == ["propose 0", "propose 1", "execute"]
+@pytest.mark.parametrize("what", STORIES)
+def test_who_is_asked_what_in_which_order(what: str) -> None:
+    *given, wanted = STORIES[what]
+    assert story(*given) == wanted  # type: ignore[arg-type]
 
 
 def test_the_number_of_reprompts_is_bounded() -> None:
-    texts = numbered(FETCH.format("board"), 9)
-    assert story(texts, LATER, replans=2)[:3] == ["propose 0", "propose 1", "propose 2"]
-    assert "propose 3" not in story(texts, LATER, replans=2)
-
-
-def test_no_reprompt_at_all_is_legal() -> None:
-    policies: tuple[Policy, ...] = ("tutor", "paper")
-    for policy in policies:
-        assert story([GADGET], LATER, policy=policy, replans=0) == [
-            "propose 0",
-            "ask existence gadget",
-            "execute",
-        ]
-
-
-def test_an_identical_answer_ends_the_reprompting() -> None:
-    assert story([GADGET], LATER)[:3] == ["propose 0", "propose 1", "ask existence gadget"]
-
-
-def test_identical_findings_end_the_reprompting() -> None:
-    assert story([GADGET, GADGET + "\nwait(5)"], LATER)[:3] == [
-        "propose 0",
-        "propose 1",
-        "ask existence gadget",
-    ]
+    told_story = story(numbered(FETCH.format("board"), 9), LATER, replans=2)
+    assert told_story[:3] == ["propose 0", "propose 1", "propose 2"]
+    assert "propose 3" not in told_story
 
 
 def test_the_model_is_told_the_findings_and_its_previous_text() -> None:
@@ -160,8 +151,7 @@ def test_an_absent_item_that_nobody_needs_is_dropped() -> None:
 
 
 def test_a_taught_thing_is_used_at_once_even_if_its_place_is_not_known() -> None:
-    answers = {"existence slab": "exists", "kind slab": "part", "place slab": "unknown"}
-    result, _ = run(Script([FETCH.format("slab")], answers), SLAB)
+    result, _ = run(Script([FETCH.format("slab")], {**TAUGHT, "place slab": "unknown"}), SLAB)
     assert result.goal_met
 
 
@@ -201,8 +191,7 @@ def test_a_refused_review_keeps_nothing() -> None:
 
 
 def test_what_is_reviewed_is_what_is_kept_and_told() -> None:
-    answers = {"existence slab": "exists", "kind slab": "part", "place slab": "bench"}
-    script = Script([FETCH.format("slab")], answers)
+    script = Script([FETCH.format("slab")], TAUGHT)
     result, _ = run(script, SLAB)
     reviewed = next(turn.lessons for turn in script.seen if isinstance(turn, Review))
     kept = next(turn for turn in script.seen if isinstance(turn, Keep))
@@ -215,8 +204,7 @@ def test_what_is_reviewed_is_what_is_kept_and_told() -> None:
 
 
 def test_the_sizes_before_and_after_count_what_was_learned() -> None:
-    answers = {"existence slab": "exists", "kind slab": "part", "place slab": "bench"}
-    result, _ = run(Script([FETCH.format("slab")], answers), SLAB)
+    result, _ = run(Script([FETCH.format("slab")], TAUGHT), SLAB)
     (nodes, edges), (nodes_after, edges_after) = result.sizes
     assert (nodes_after - nodes, edges_after - edges) == (1, 4)
 

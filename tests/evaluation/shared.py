@@ -1,6 +1,5 @@
 """A workshop to evaluate in, and the published recordings where they are at hand."""
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from adaptbot_cli.adapters.store.reading import triples
 from adaptbot_cli.core.graph.terms import Triple
 from adaptbot_cli.evaluation.recordings import Recording
 from adaptbot_cli.evaluation.trial import Basis
+from tests.packs import PUBLISHED
 from tests.worlds import ATTRIBUTES, FILES, PREFIXES, STATES
 
 PEG = """
@@ -38,8 +38,6 @@ def row(*answers: str, required: tuple[str, ...] = ("board",), **more: Any) -> R
 
 def published() -> Path:
     """Return the folder with the published recordings, or skip the test."""
-    usual = Path(__file__).parents[3] / "shared" / "published"
-    folder = Path(os.environ.get("ADAPTBOT_PUBLISHED") or usual)
-    if not (folder / "plans.dev.jsonl").is_file():
+    if not (PUBLISHED / "plans.dev.jsonl").is_file():
         pytest.skip("the published recordings are not on this machine")
-    return folder
+    return PUBLISHED

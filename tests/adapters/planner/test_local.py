@@ -12,12 +12,9 @@ import pytest
 from adaptbot_cli.adapters.planner import local
 from adaptbot_cli.adapters.planner.budget import Asking
 from adaptbot_cli.adapters.planner.forms import MOST_STEPS, PlanForm
-from adaptbot_cli.adapters.planner.library import read_library
 from adaptbot_cli.adapters.planner.local import Board
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.turns import Propose
@@ -25,8 +22,8 @@ from adaptbot_cli.errors import ModelError
 from adaptbot_cli.resources import bundled
 from tests.asking import task_for
 from tests.board import on_board
+from tests.packs import HOUSEHOLD, KITCHEN, PACKS, Pack
 
-LIBRARY = bundled("prompts") / "library"
 FILE = os.environ.get("ADAPTBOT_GGUF")
 """A GGUF file to try a model with, where llama-cpp-python is installed."""
 
@@ -34,10 +31,6 @@ runs = pytest.mark.skipif(not local.runs(), reason="llama-cpp-python is not inst
 board = pytest.mark.skipif(
     not local.runs() or not FILE, reason="no llama-cpp-python, or ADAPTBOT_GGUF names no model"
 )
-
-
-def kg_of(name: str) -> Kg:
-    return load_kg(read_files(bundled("kg") / name), name)
 
 
 def grammar(kg: Kg, reasoning: bool = False) -> str:
@@ -63,11 +56,11 @@ def pattern(gbnf: str) -> re.Pattern[str]:
     return re.compile(expression("root"))
 
 
-@pytest.mark.parametrize("name", ["kitchen", "household"])
-def test_the_librarys_calls_of_known_actions_have_the_form_of_the_grammar(name: str) -> None:
-    kg = kg_of(name)
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.name)
+def test_the_librarys_calls_of_known_actions_have_the_form_of_the_grammar(pack: Pack) -> None:
+    kg = pack.kg()
     form, seen = pattern(grammar(kg)), set()
-    for plan in read_library(LIBRARY / name):
+    for plan in pack.library().values():
         for line in plan.render(plan.names[0], plan.ingredients).splitlines():
             call = line.partition("#")[0].strip()
             action = call.partition("(")[0]
@@ -95,7 +88,7 @@ def test_the_librarys_calls_of_known_actions_have_the_form_of_the_grammar(name: 
     ],
 )
 def test_only_calls_fit_the_grammar(text: str, fits: bool) -> None:
-    kg = kg_of("kitchen")
+    kg = KITCHEN.kg()
     assert bool(pattern(grammar(kg)).fullmatch(text)) is fits
     thought = pattern(grammar(kg, reasoning=True))
     assert bool(thought.fullmatch(f"Items: egg\nPut it in.\nPLAN:\n{text}")) is fits
@@ -103,9 +96,9 @@ def test_only_calls_fit_the_grammar(text: str, fits: bool) -> None:
 
 
 def test_the_grammar_is_made_of_the_domains_own_actions() -> None:
-    taught = replace(kg_of("kitchen").domain.actions["clean"], name='rub "dry"')
+    taught = replace(KITCHEN.kg().domain.actions["clean"], name='rub "dry"')
     assert pattern(PlanForm((taught,), False).grammar).fullmatch('rub "dry"("pan")')
-    household = pattern(grammar(kg_of("household")))
+    household = pattern(grammar(HOUSEHOLD.kg()))
     assert household.fullmatch('fold("clothes")') and household.fullmatch('iron("clothes")')
 
 
@@ -137,7 +130,7 @@ def test_a_model_larger_than_the_memory_is_not_started(
         file.truncate(1 << 43)
     on_board(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    kg = kg_of("kitchen")
+    kg = KITCHEN.kg()
     model = Model(f"local:{huge}", Prompts(bundled("prompts"), kg), first_wait=1000.0)
     with pytest.raises(ModelError, match=r"\AThere is too little memory for huge\.gguf"):
         model.propose(Propose(task_for("onion sandwich", kg)))
@@ -153,7 +146,7 @@ def test_a_server_that_ends_by_itself_is_told_with_the_cure(
     (tmp_path / "uvicorn.py").write_text(stopped, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    kg = kg_of("kitchen")
+    kg = KITCHEN.kg()
     model = Model(f"local:{tmp_path / 'm.gguf'}", Prompts(bundled("prompts"), kg), first_wait=1000)
     with pytest.raises(ModelError, match=r"m\.gguf, was stopped by SIGILL.*GGML_NATIVE=OFF"):
         model.propose(Propose(task_for("onion sandwich", kg)))
@@ -169,7 +162,7 @@ def test_a_damaged_file_is_told(tmp_path: Path) -> None:
 
 @board
 def test_one_server_plans_for_a_whole_run_in_calls_alone() -> None:
-    kg = kg_of("household")
+    kg = HOUSEHOLD.kg()
     model = Model(f"local:{FILE}", Prompts(bundled("prompts"), kg))
     turn = Propose(task_for("clean the table", kg))
     first = model.propose(turn)

@@ -15,8 +15,6 @@ from adaptbot_cli.adapters.planner.budget import Asking, Budget, Limits
 from adaptbot_cli.adapters.planner.model import Model
 from adaptbot_cli.adapters.planner.prompts import Prompts, Style
 from adaptbot_cli.adapters.planner.scrub import Secrets
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.parse import parse
 from adaptbot_cli.core.plan import Finding
@@ -27,6 +25,7 @@ from tests import loopback as server
 from tests.asking import task_for
 from tests.hanging import ends
 from tests.loopback import USAGE, Answer, Loopback, refuses, says, serving
+from tests.packs import KITCHEN
 
 PLAN = 'pick_up_obj("egg")\nput_down_obj("egg", "bowl")\nwait(5)'
 KEY = "sk-planted-0123456789-abcdef"
@@ -71,7 +70,7 @@ class Asked:
 
 @pytest.fixture(scope="module")
 def kg() -> Kg:
-    return load_kg(read_files(bundled("kg") / "kitchen"), "kitchen")
+    return KITCHEN.kg()
 
 
 @pytest.fixture(autouse=True)

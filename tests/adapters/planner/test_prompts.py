@@ -3,7 +3,6 @@
 import json
 import os
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from rdflib import RDF, Literal, URIRef
@@ -17,24 +16,16 @@ from adaptbot_cli.adapters.planner.prompts import (
     Prompts,
     Style,
 )
-from adaptbot_cli.adapters.store.files import read_files
-from adaptbot_cli.adapters.store.reading import load_kg, read_graphs
 from adaptbot_cli.core.graph.delta import Delta
 from adaptbot_cli.core.graph.kg import Kg
 from adaptbot_cli.core.plan import Finding
 from adaptbot_cli.core.turns import Propose
 from adaptbot_cli.resources import bundled
 from tests.asking import task_for
+from tests.packs import KITCHEN, PUBLISHED
 
-DEFAULT = Path(__file__).parents[4] / "shared" / "published"
-PUBLISHED = Path(os.environ.get("ADAPTBOT_PUBLISHED", DEFAULT))
 EX = "http://example.org/"
 PREVIOUS = 'pick_up_obj("egg")\n' * 20
-
-
-def kitchen(facts: Path | None = None) -> Kg:
-    paths = [facts] if facts else []
-    return load_kg(read_files(bundled("kg") / "kitchen"), "kitchen", read_graphs(paths))
 
 
 def messages(kg: Kg, task: str, *findings: Finding) -> list[str]:
@@ -66,7 +57,7 @@ def many_findings() -> list[Finding]:
 
 
 def test_the_prompt_names_actions_classes_required_items_and_an_example() -> None:
-    rules, example, asked = messages(kitchen(), "make omelette")
+    rules, example, asked = messages(KITCHEN.kg(), "make omelette")
     assert "slice(obj, tool?" in rules and rules.endswith("Use all of: egg, oil, salt")
     assert 'fry("egg", "skillet")' in example
     assert "Ingredient or object: egg, oil, salt" in asked and "knife" in asked
@@ -75,7 +66,7 @@ def test_the_prompt_names_actions_classes_required_items_and_an_example() -> Non
 
 
 def test_an_example_is_the_nearest_plan_with_the_thoughts_that_lead_to_it() -> None:
-    kg = kitchen()
+    kg = KITCHEN.kg()
     assert "Task: soup\n" in messages(kg, "make pumpkin soup")[0]
     turn = Propose(task_for("make pumpkin soup", kg))
     thought = Prompts(bundled("prompts"), kg, style="cot").messages(turn)[1]["content"]
@@ -88,7 +79,7 @@ def test_an_example_is_the_nearest_plan_with_the_thoughts_that_lead_to_it() -> N
 
 
 def test_a_task_that_nobody_listed_is_told_what_the_home_has() -> None:
-    kg = kitchen()
+    kg = KITCHEN.kg()
     asked = messages(kg, "make ratatouille")[-1]
     assert all(name in asked for name in ("tomato", "onion", "potato", "oil"))
     without = messages(kg, "make ratatouille without onions")[-1]
@@ -96,7 +87,7 @@ def test_a_task_that_nobody_listed_is_told_what_the_home_has() -> None:
 
 
 def test_what_an_experiment_leaves_out_is_not_told() -> None:
-    kg = kitchen()
+    kg = KITCHEN.kg()
     turn = Propose(task_for("make omelette", kg))
     bare = Prompts(bundled("prompts"), kg, leave_out=frozenset(PARTS)).messages(turn)
     assert len(bare) == 1 and "Here are" not in bare[0]["content"]
@@ -106,14 +97,14 @@ def test_what_an_experiment_leaves_out_is_not_told() -> None:
 
 def test_a_re_prompt_tells_each_finding_once_in_the_models_own_lines() -> None:
     finding = Finding("E201", "chives is not in the knowledge graph", "chives", 7, line=3)
-    first, previous, again = messages(kitchen(), "make omelette", finding, finding)
+    first, previous, again = messages(KITCHEN.kg(), "make omelette", finding, finding)
     assert previous == PREVIOUS and "Task: omelette" in first
     assert again.count("line 3: chives is not in the knowledge graph") == 1
     assert "Still use all of: egg, oil, salt" in again and "Use all of" not in first
 
 
 def test_a_re_prompt_tells_kinds_of_findings_apart_and_what_was_tried_before() -> None:
-    kg = kitchen()
+    kg = KITCHEN.kg()
     codes = {"E401": "the hand is full", "E503": "nothing is served", "E504": "no frying"}
     findings = tuple(Finding(code, message) for code, message in codes.items())
     broken = Finding("E601", "the egg slipped")
@@ -137,7 +128,7 @@ def test_a_re_prompt_tells_no_name_of_a_predicate() -> None:
     finding = Finding(
         "E301", "it is not known whether carrot is fryable", "carrot", 1, ("Fryable",)
     )
-    assert "Fryable" not in messages(kitchen(), "make omelette", finding)[2]
+    assert "Fryable" not in messages(KITCHEN.kg(), "make omelette", finding)[2]
 
 
 def test_a_hundred_times_more_items_make_no_prompt_longer() -> None:
@@ -172,7 +163,7 @@ def test_of_many_things_those_that_the_nearest_plan_needs_are_named() -> None:
 
 def grown(count: int) -> Kg:
     """The kitchen with so many more objects, vessels and tools."""
-    kg = kitchen()
+    kg = KITCHEN.kg()
     facts = set()
     for n in range(count):
         iri = URIRef(f"{EX}a_thing_{n:05}")
@@ -185,7 +176,7 @@ def grown(count: int) -> Kg:
 
 @pytest.mark.skipif(not PUBLISHED.is_dir(), reason="the published recordings are not here")
 def test_prompts_on_the_published_graph_are_small() -> None:
-    kg = kitchen(PUBLISHED / "kg" / "cooking.initial.d65fe35.ttl")
+    kg = KITCHEN.kg(PUBLISHED / "kg" / "cooking.initial.d65fe35.ttl")
     tasks = [task.name for task in kg.domain.tasks]
     assert max(sum(map(tokens, messages(kg, task))) for task in tasks) < 700
     again = messages(kg, "greek salad", *many_findings())[2]
