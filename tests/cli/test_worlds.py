@@ -57,6 +57,8 @@ for line in sys.stdin:
             told["observed"] = [["unicorn", "obj_location", "fridge"], ["egg", "colour", "red"], 7]
         if n == 3 and how == "what a thing is":
             told["observed"] = [["tea", "has_dairy", True]]
+        if how == "milk slips in" and said["action"] == "stir_contents":
+            told["observed"] = [["milk", "obj_location", said["args"][0]]]
         if how == "fails what is seen" and said["expects"]["added"]:
             told = {"failed": n, "reason": "no echo", "observed": said["expects"]["added"]}
         if n == 3 and how == "contradicts itself":
@@ -231,6 +233,12 @@ def test_whatever_a_process_does_is_told_and_nothing_breaks(home: Home, how: str
 def test_no_goal_is_met_against_what_the_world_says_that_a_thing_is_like(home: Home) -> None:
     ended = rude(home, "what a thing is", task="dairy-free tea")
     assert ended.code == 3 and "the world says otherwise: tea" in ended.said, ended.said
+    assert home.replays()
+
+
+def test_no_goal_is_met_with_what_the_request_excludes_in_the_dish(home: Home) -> None:
+    ended = rude(home, "milk slips in", task="tea without milk")
+    assert ended.code == 3 and "the request excludes milk, and it is in the cup" in ended.said
     assert home.replays()
 
 

@@ -19,6 +19,7 @@ from adaptbot_cli.core.refine.grounding import sentence
 from adaptbot_cli.core.refine.repair import holds, perform
 from adaptbot_cli.core.report import Outcome, Report
 from adaptbot_cli.core.request.clauses import concerns
+from adaptbot_cli.core.request.understand import excluded
 from adaptbot_cli.core.scene import Scene
 
 
@@ -70,14 +71,20 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
         found = [kg.is_within(e, place) for e in things for place in there]
         if not any(found) or (not kg.domain.products and sum(found) < len(things)):
             yield Finding("E503", f"what was asked for is not at {task.place}", task.place)
-    if task.amount > 1:
+    if task.amount > 1 or task.barred or task.rules:
         rows = kg.rows(kg.domain.servings, {}) if kg.domain.servings else []
         # What was made before, for another task, is no serving of this one.
         inside = [e for name in task.required for e in kg.find(name)]
-        vessels = {row["vessel"] for row in rows}
-        served = sum(any(kg.is_within(e, vessel) for e in inside) for vessel in vessels)
-        if served < task.amount:
-            made = f"the plan makes {served}" if served else "no plan counts what it makes"
+        vessels = sorted({row["vessel"] for row in rows}, key=str)
+        served = [at for at in vessels if any(kg.is_within(e, at) for e in inside)]
+        for dish in (at for at in served if all(kg.is_within(e, at) for e in inside)):
+            held = {e for p in kg.domain.locations for e in kg.facts.subjects(p, dish)}
+            for thing in sorted(held, key=str):
+                if why := excluded(thing, task, kg):
+                    text = f"{why}, and it is in the {kg.name(dish)}"
+                    yield Finding("E503", text, kg.name(thing))
+        if len(served) < task.amount > 1:
+            made = f"the plan makes {len(served)}" if served else "no plan counts what it makes"
             yield Finding("E506", f"{task.amount} are asked for, and {made}", str(task.amount))
 
 
