@@ -47,13 +47,15 @@ COURTESY = _phrases("""
     if you can, if you could, if you please, if you would, if possible, if you don't mind
     when you have time, when you can, when you get a chance, when you have a moment
     i'd be glad if, i'd be happy if, i'd be grateful if, i would be glad if, i would be happy if
-    i would be grateful if
+    i would be grateful if, i'll be glad if, i'll be happy if, i'll be grateful if
+    i will have, i'll have, i'm going to have, i am going to have, let me have, i will take
+    i'll take, let me get, i'll get, i'll need, i will need, i'll try, i'll go for
 """)
 """Phrases that only ask, though their words do not by themselves."""
 
 OTHERS = _phrases("""
     she will, he will, they will, she should, he should, they should, she wants to, he wants to
-    i will make, i'll make, i'm going to make, let me make, have you
+    i will, i'll, i'm going to, i am going to, let me, have you
 """)
 """Beginnings that leave what follows to somebody else, or ask whether it has been done."""
 
