@@ -14,7 +14,6 @@ from adaptbot_cli.core.graph.robots import acting_as
 from adaptbot_cli.core.words import Lexicon
 from adaptbot_cli.errors import KnowledgeError, UsageError
 from adaptbot_cli.resources import bundled
-from adaptbot_cli.session.author import now
 from adaptbot_cli.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -58,6 +57,7 @@ def load(
 def started_on(domain: str, workspace: Workspace) -> "WorkspaceStart":
     """Make the workspace ready; what follows is on its files as they are then."""
     from adaptbot_cli.adapters.store.keeper import start
+    from adaptbot_cli.session.author import now
 
     workspace.folder(domain)  # a domain that is not there makes no workspace
     first = partial(workspace.first_files, domain)

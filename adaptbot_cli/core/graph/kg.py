@@ -449,6 +449,11 @@ class Kg:
             at += on
         return False
 
+    def contents(self, place: Node) -> list[URIRef]:
+        """Return the things that are in or on a place now, sorted."""
+        found = {s for prop in self.domain.locations for s in self.facts.subjects(prop, place)}
+        return sorted(s for s in found if isinstance(s, URIRef))
+
     def kind_label(self, entity: Node) -> str:
         """Return in a word what an entity is, from its class."""
         return next((kind.label for kind in self._kinds(entity)), "thing")

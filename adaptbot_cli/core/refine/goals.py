@@ -78,8 +78,7 @@ def _asked(task: Task, kg: Kg) -> Iterator[Finding]:
         vessels = sorted({row["vessel"] for row in rows}, key=str)
         served = [at for at in vessels if any(kg.is_within(e, at) for e in inside)]
         for dish in (at for at in served if all(kg.is_within(e, at) for e in inside)):
-            held = {e for p in kg.domain.locations for e in kg.facts.subjects(p, dish)}
-            for thing in sorted(held, key=str):
+            for thing in kg.contents(dish):
                 if why := excluded(thing, task, kg):
                     text = f"{why}, and it is in the {kg.name(dish)}"
                     yield Finding("E503", text, kg.name(thing))

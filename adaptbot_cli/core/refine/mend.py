@@ -141,8 +141,7 @@ def _additions(report: Report, scene: Scene, vain: set[Finding]) -> list[_Additi
     """
     unmet = [f for f in report.findings if f.code in _UNMET and f not in vain]
     for some in ([f for f in unmet if f.subject], [f for f in unmet if not f.subject]):
-        added = {finding: _addition(finding, report, scene) for finding in some}
-        found = [each for each in added.values() if each]
+        found = [a for a in (_addition(f, report, scene) for f in some) if a]
         if found:
             return found
         vain.update(some)

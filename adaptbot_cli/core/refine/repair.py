@@ -128,6 +128,11 @@ def key_of(ground: GroundAction) -> Key:
     return ground.action.name, tuple(sorted(ground.values.items()))
 
 
+def barred(ground: GroundAction, bars: Callable[[Node], bool] | None) -> bool:
+    """Tell whether an action uses something that `bars` holds of."""
+    return bars is not None and any(map(bars, ground.values.values()))
+
+
 def is_done(ground: GroundAction, kg: Kg) -> bool:
     """Tell whether what an action brings about is so already."""
     effect = ground.action.effect
@@ -259,11 +264,14 @@ class Search:
         """Whether a step is ruled out: a longer search asks that again of every shorter one."""
         asked = (self.kg.state, key)
         if asked not in self._ruled_out:
-            barred = self.bars is not None and any(map(self.bars, ground.values.values()))
-            codes = {finding.code for finding in attribute_findings(ground, self.kg)}
-            self.supposes |= "E301" in codes
-            self._ruled_out[asked] = barred or bool(codes - ({"E301"} if self.supposing else set()))
+            self._ruled_out[asked] = barred(ground, self.bars) or self._unfit(ground)
         return self._ruled_out[asked]
+
+    def _unfit(self, ground: GroundAction) -> bool:
+        """Whether attributes rule a step out; an unknown one does not while it is supposed."""
+        codes = {finding.code for finding in attribute_findings(ground, self.kg)}
+        self.supposes |= "E301" in codes
+        return bool(codes - {"E301"} if self.supposing else codes)
 
     def _changes_only(self, ground: GroundAction, aims: list[Aim]) -> bool:
         """Whether the last action changed nothing but what it was done to, and what it was done

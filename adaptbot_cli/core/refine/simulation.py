@@ -25,6 +25,7 @@ from adaptbot_cli.core.refine.repair import (
     Search,
     aim,
     all_hold,
+    barred,
     fact_aim,
     holds,
     is_done,
@@ -233,8 +234,7 @@ class Simulation:
         something barred is not made possible.
         """
         open_ = [message for wanted, message in needs if not wanted.holds()]
-        barred = self.bars is not None and before and any(map(self.bars, before.values.values()))
-        if not open_ or not self.repair or barred:
+        if not open_ or not self.repair or (before and barred(before, self.bars)):
             return not open_
         aims = [wanted for wanted, _ in needs]
         mark = self.kg.mark

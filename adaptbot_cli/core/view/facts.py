@@ -71,7 +71,7 @@ def thing(kg: Kg, entity: URIRef) -> Thing:
         kg.aliases(entity),
         attributes,
         states,
-        tuple(kg.name(inside) for inside in contents(kg, entity)),
+        tuple(kg.name(inside) for inside in kg.contents(entity)),
     )
 
 
@@ -80,12 +80,6 @@ def _plain(kg: Kg, value: Node) -> Any:
         plain = value.toPython()
         return plain if isinstance(plain, bool | int | float | str) else str(plain)
     return kg.name(value)
-
-
-def contents(kg: Kg, place: URIRef) -> list[URIRef]:
-    """Return the things that are in or on a place, sorted."""
-    found = {s for prop in kg.domain.locations for s in kg.facts.subjects(prop, place)}
-    return sorted(s for s in found if isinstance(s, URIRef))
 
 
 def everything(kg: Kg) -> list[tuple[ItemClass, list[Thing]]]:
